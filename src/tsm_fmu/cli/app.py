@@ -1,0 +1,110 @@
+"""The typer application and what every verb shares: exit codes, one-line errors, JSON output.
+
+Exit codes: 0 done, 2 wrong use or bad input (one line on stderr), 1 a defect of ours, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+import traceback
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from .. import __version__
+from ..models.contract import InputError
+
+app = typer.Typer(
+    name="tsm-fmu",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(__version__)
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version and stop.", is_eager=True, callback=_print_version)
+    ] = False,
+) -> None:
+    """Tendon-sheath drives as FMI units: check, identify, diagnose, export, co-simulate."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and exit with its code."""
+    sys.exit(run(arguments))
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; return the exit code instead of leaving the process."""
+    command = typer.main.get_command(app)
+    try:
+        result = command.main(args=arguments, prog_name="tsm-fmu", standalone_mode=False)
+    except InputError as wrong:
+        return _say(str(wrong), 2)
+    except KeyboardInterrupt:
+        return _say("interrupted", 130)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except Exception as failure:
+        parser_message = getattr(failure, "format_message", None)
+        if parser_message is not None:
+            return _say(f"{parser_message()} -- see 'tsm-fmu --help'", 2)
+        if type(failure).__name__ == "Abort":
+            return _say("interrupted", 130)
+        traceback.print_exc()
+        return _say(f"internal error: {failure!r} -- a defect of ours, please report it with the lines above", 1)
+    return result if isinstance(result, int) else 0
+
+
+def print_json(value: Mapping[str, Any]) -> None:
+    """Write one JSON object on stdout; numbers that are not finite become null."""
+    typer.echo(json.dumps(_finite(value), indent=2))
+
+
+def settings(pairs: Sequence[str], option: str = "--set") -> dict[str, str]:
+    """Split repeated ``name=value`` options.
+
+    Raises
+    ------
+    InputError
+        If an item has no ``=``, no name, or repeats a name.
+    """
+    found: dict[str, str] = {}
+    for pair in pairs:
+        name, sign, value = pair.partition("=")
+        if not sign or not name or name in found:
+            raise InputError(
+                f"{option} {pair!r} -- expected name=value, each name once -- for example {option} alpha=10"
+            )
+        found[name] = value
+    return found
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(k): _finite(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(v) for v in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _say(message: str, code: int) -> int:
+    print("tsm-fmu: " + " ".join(message.split()), file=sys.stderr)
+    return code

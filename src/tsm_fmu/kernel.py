@@ -1,0 +1,230 @@
+"""A kernel module as one object: declared variables, validated parameters, plain and compiled simulation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property
+from types import FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .models import MODELS
+from .models.contract import InputError, Preset, Variable, check_bounds, variables
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """One model or effect in kernel form.
+
+    Attributes
+    ----------
+    module : module
+        The model's own file; `name`, the variables and the presets derive from it.
+    """
+
+    module: ModuleType
+
+    @property
+    def name(self) -> str:
+        return self.module.NAME
+
+    @cached_property
+    def parameters(self) -> tuple[Variable, ...]:
+        return variables(self.module.Params)
+
+    @cached_property
+    def inputs(self) -> tuple[Variable, ...]:
+        return variables(self.module.Inputs)
+
+    @cached_property
+    def outputs(self) -> tuple[Variable, ...]:
+        return variables(self.module.Outputs)
+
+    @property
+    def presets(self) -> Mapping[str, Preset]:
+        return self.module.PRESETS
+
+    def params(self, preset: str | None = None, values: Mapping[str, float] | None = None) -> Any:
+        """Validated parameters: a preset, changed by ``values`` (public names, SI).
+
+        Parameters
+        ----------
+        preset : str, optional
+            Name in `presets`; without it the defaults, which are the first preset.
+        values : mapping of str to float, optional
+            Values by public name.
+
+        Returns
+        -------
+        Params
+            The kernel's named tuple.
+
+        Raises
+        ------
+        InputError
+            Unknown preset or name, value not a number, out of bounds, or a joint condition violated.
+        """
+        fields = {v.field: v.start for v in self.parameters}
+        if preset is not None:
+            if preset not in self.presets:
+                raise InputError(
+                    f"preset {preset!r} of {self.name} -- expected one of {', '.join(self.presets)} "
+                    "-- see 'tsm-fmu list'"
+                )
+            values = {**self.presets[preset].si, **(values or {})}
+        by_name = {v.name: v for v in self.parameters}
+        for name, value in (values or {}).items():
+            if name not in by_name:
+                raise InputError(
+                    f"parameter {name!r} of {self.name} -- expected one of {', '.join(by_name)} -- see 'tsm-fmu list'"
+                )
+            fields[by_name[name].field] = _number(by_name[name], value)
+        p = self.module.Params(**fields)
+        self.check(p)
+        return p
+
+    def check(self, p: Any) -> None:
+        """Raise `InputError` where ``p`` violates a bound or a joint condition."""
+        check_bounds(self.parameters, p)
+        joint = getattr(self.module, "check", None)
+        if joint is not None:
+            joint(p)
+
+    @cached_property
+    def _compiled(self) -> CompiledKernel:
+        return compile_kernel(self.module)
+
+    def simulate(self, p: Any, time: ArrayLike, inputs: ArrayLike, *, compiled: bool = True) -> FloatArray:
+        """Outputs at every row: row 0 starts the kernel, row k+1 is its k-th step.
+
+        Parameters
+        ----------
+        p : Params
+            From `params`.
+        time : array_like, shape (n,)
+            Time [s], strictly increasing.
+        inputs : array_like, shape (n, number of inputs)
+            Inputs by column, in declared order, SI.
+        compiled : bool
+            Use the numba form; the plain Python form gives the same numbers.
+
+        Returns
+        -------
+        ndarray, shape (n, number of outputs)
+
+        Raises
+        ------
+        InputError
+            Wrong shapes, NaN, time not increasing, or a condition lost while running.
+        """
+        t = np.ascontiguousarray(time, dtype=float)
+        u = np.ascontiguousarray(inputs, dtype=float)
+        if t.ndim != 1 or t.size == 0 or u.shape != (t.size, len(self.inputs)):
+            raise InputError(
+                f"inputs of shape {u.shape} at times of shape {t.shape} for {self.name} -- expected "
+                f"({t.size}, {len(self.inputs)}): one column for each of {', '.join(v.name for v in self.inputs)}"
+            )
+        if not np.isfinite(u).all():
+            row, column = np.argwhere(~np.isfinite(u))[0]
+            raise InputError(
+                f"input {self.inputs[column].name} = {u[row, column]} in row {row} (t = {t[row]:g} s) -- expected a "
+                "finite number -- cut or repair the log"
+            )
+        if not (np.diff(t) > 0).all() or not np.isfinite(t).all():
+            row = int(np.argmax(~(np.diff(t) > 0))) + 1
+            raise InputError(
+                f"time {t[row]!r} s in row {row} -- expected more than {t[row - 1]!r} s -- sort or cut the log"
+            )
+        y = np.empty((t.size, len(self.outputs)))
+        run = self._compiled.run if compiled else _runner(self.module, self.module.start, self.module.step)
+        try:
+            run(p, t, u, y)
+        except (ValueError, ArithmeticError) as failure:
+            raise InputError(f"{self.name} stopped: {failure}") from failure
+        return y
+
+
+@dataclass(frozen=True)
+class CompiledKernel:
+    """numba forms of a kernel's functions; ``run(p, t, u, y)`` fills ``y`` row by row."""
+
+    start: Callable[..., Any]
+    step: Callable[..., Any]
+    run: Callable[..., None]
+
+
+@cache
+def compile_kernel(module: ModuleType) -> CompiledKernel:
+    """Compile ``start`` and ``step`` by cloning them, and the functions they call, with numba's globals."""
+    clones: dict[FunctionType, Any] = {}
+    start, step = _clone(module.start, clones), _clone(module.step, clones)
+    return CompiledKernel(start, step, _njit(_runner(module, start, step)))
+
+
+def _njit(function: Any) -> Any:
+    from numba import njit  # heavy: only those who compile pay for the import
+
+    return njit(error_model="numpy")(function)
+
+
+def _clone(function: FunctionType, clones: dict[FunctionType, Any]) -> Any:
+    if function not in clones:
+        names = dict(function.__globals__)
+        for name in function.__code__.co_names:
+            if isinstance(names.get(name), FunctionType):
+                names[name] = _clone(names[name], clones)
+        twin = FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__)
+        clones[function] = _njit(twin)
+    return clones[function]
+
+
+def _runner(module: ModuleType, start: Any, step: Any) -> Any:
+    """The record loop, written out so that numba sees one named tuple per row."""
+
+    def row(k: str) -> str:
+        return f"Inputs({', '.join(f'u[{k}, {j}]' for j in range(len(module.Inputs._fields)))})"
+
+    store = "\n".join(f"{{indent}}y[{{k}}, {j}] = o.{f}" for j, f in enumerate(module.Outputs._fields))
+    source = (
+        f"def run(p, t, u, y):\n"
+        f"    s, o = start(p, {row('0')})\n"
+        f"{store.format(indent='    ', k='0')}\n"
+        f"    for k in range(1, t.size):\n"
+        f"        s, o = step(p, s, {row('k')}, t[k] - t[k - 1])\n"
+        f"{store.format(indent='        ', k='k')}\n"
+    )
+    names: dict[str, Any] = {"Inputs": module.Inputs, "start": start, "step": step}
+    exec(compile(source, f"<record loop of {module.NAME}>", "exec"), names)  # noqa: S102  our own text, no input in it
+    return names["run"]
+
+
+def _number(variable: Variable, value: Any) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if math.isnan(number) or (variable.kind is int and number != int(number)):
+        kind = "an integer" if variable.kind is int else "a number"
+        raise InputError(f"parameter {variable.name} = {value!r} -- expected {kind} [{variable.quantity.unit}]")
+    return variable.kind(number)
+
+
+@cache
+def kernel(name: str) -> Kernel:
+    """The model called ``name`` (its FMU name).
+
+    Raises
+    ------
+    InputError
+        If there is no such model; the message lists those that exist.
+    """
+    for module in MODELS:
+        if module.NAME == name:
+            return Kernel(module)
+    raise InputError(f"model {name!r} -- expected one of {', '.join(m.NAME for m in MODELS)} -- see 'tsm-fmu list'")
