@@ -1,0 +1,39 @@
+# Two commands for a user: make demo, make test. Each sets up .venv by itself.
+PYTHON ?= python3
+BIN := .venv/bin
+PINNED := pyproject.toml constraints.txt build_scripts/setup_venv.py
+
+.PHONY: demo test lint types bench fmus reproduce clean
+
+demo: .venv/ready
+	$(BIN)/tsm-fmu demo --out out/demo
+
+test: lint types
+	$(BIN)/pytest
+
+lint: .venv/ready-test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: .venv/ready-test
+	$(BIN)/basedpyright
+
+bench: .venv/ready-test
+	$(BIN)/python -m benchmarks
+
+fmus: .venv/ready
+	$(BIN)/python build_scripts/build_fmus.py
+
+reproduce: .venv/ready
+	$(BIN)/tsm-fmu reproduce --out out/reproduce
+
+.venv/ready: $(PINNED)
+	$(PYTHON) build_scripts/setup_venv.py
+	@touch $@
+
+.venv/ready-test: $(PINNED)
+	$(PYTHON) build_scripts/setup_venv.py test
+	@touch $@ .venv/ready
+
+clean:
+	rm -rf out build fmus/dist .pytest_cache .ruff_cache
