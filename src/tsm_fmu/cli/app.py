@@ -21,7 +21,6 @@ from ..models.contract import InputError
 
 app = typer.Typer(
     name="tsm-fmu",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,

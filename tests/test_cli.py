@@ -1,0 +1,84 @@
+"""The command-line frame: exit codes, one-line errors, JSON and nothing but JSON."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from tsm_fmu import InputError, __version__
+from tsm_fmu.cli.app import app, run, settings
+from tsm_fmu.models import MODELS
+
+
+def test_version_is_printed(capsys):
+    assert run(["--version"]) == 0
+    assert capsys.readouterr().out.strip() == __version__
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["frobnicate"], "frobnicate"),
+        (["list", "--frobnicate"], "--frobnicate"),
+        (["list", "extra"], "extra"),
+        ([], "--help"),
+    ],
+)
+def test_wrong_use_is_one_line_and_exit_code_2(arguments, named, capsys):
+    assert run(arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert captured.err.startswith("tsm-fmu: ")
+    assert named in captured.err
+
+
+def test_list_json_is_one_object_with_the_promised_keys(capsys):
+    assert run(["list", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+    assert set(listed["models"]) == {module.NAME for module in MODELS}
+    assert isinstance(listed["effects"], dict)
+    for described in listed["models"].values():
+        assert {"inputs", "outputs", "parameters", "presets"} <= set(described)
+
+
+def test_list_names_every_variable_with_its_unit(capsys):
+    assert run(["list"]) == 0
+    shown = capsys.readouterr().out
+    assert "PairedTsmBacklash" in shown
+    assert "1/rad" in shown
+
+
+def test_python_dash_m_is_the_same_program():
+    done = subprocess.run([sys.executable, "-m", "tsm_fmu", "--version"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.strip()) == (0, __version__)
+
+
+@pytest.mark.parametrize("pairs", [["alpha"], ["=3"], ["alpha=1", "alpha=2"]])
+def test_settings_refuse_what_is_not_one_name_and_one_value(pairs):
+    with pytest.raises(InputError, match="expected name=value, each name once"):
+        settings(pairs)
+
+
+def test_settings_keep_everything_after_the_first_equals_sign():
+    assert settings(["motor.u=3", "map=a=b"]) == {"motor.u": "3", "map": "a=b"}
+
+
+@pytest.fixture
+def failing_verb():
+    """Register, for one test, a verb that fails in a way of ours."""
+
+    @app.command("explode")
+    def explode() -> None:
+        raise RuntimeError("boiler")
+
+    yield "explode"
+    app.registered_commands.pop()
+
+
+def test_a_defect_of_ours_is_exit_code_1_with_the_traceback(failing_verb, capsys):
+    assert run([failing_verb]) == 1
+    shown = capsys.readouterr().err
+    assert "Traceback" in shown
+    assert "a defect of ours" in shown
