@@ -1,0 +1,340 @@
+"""Model card: what was fitted, to what, how well it is known. A TOML file of plain data; reading one runs no code.
+
+A card holds the base model, its preset, the effects in order, every parameter with value, unit, standard
+error, bounds and fixed flag, the per-run values, and where it all came from (`Provenance`).
+"""
+
+from __future__ import annotations
+
+import datetime
+import math
+import os
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from . import __version__
+from .kernel import Kernel, kernel
+from .models.contract import InputError, Variable
+
+__all__ = ["FORMAT", "CardParameter", "ModelCard", "Provenance", "RecordUsed", "read_card", "write_card"]
+
+FORMAT = 1
+_REMEDY = "correct the card, or write it again with 'tsm-fmu identify'"
+
+
+@dataclass(frozen=True)
+class CardParameter:
+    """One parameter in SI; ``stderr`` is None where it is not estimated (fixed, or not determined by the log)."""
+
+    value: float
+    unit: str
+    stderr: float | None = None
+    lo: float = -math.inf
+    hi: float = math.inf
+    fixed: bool = False
+
+
+@dataclass(frozen=True)
+class RecordUsed:
+    """A record the fit has seen: its name, the SHA-256 of the file and whether it was ``measured`` or ``holdout``."""
+
+    name: str
+    sha256: str
+    role: str = "measured"
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where a card comes from: records, package version, random seed, date (UTC, ISO 8601) and method."""
+
+    records: tuple[RecordUsed, ...] = ()
+    package_version: str = __version__
+    seed: int = 0
+    date: str = ""
+    method: str = ""
+
+
+@dataclass(frozen=True)
+class ModelCard:
+    """A model with its parameters.
+
+    Attributes
+    ----------
+    model : str
+        Name of the base model.
+    preset : str
+        Parameter set the fit started from.
+    effects : tuple of str
+        Ids of the added effects, in order.
+    parameters : mapping of str to CardParameter
+        By public name; for a per-run parameter, the mean over the runs.
+    per_run : mapping of str to mapping of str to float
+        Values by record name and parameter name.
+    provenance : Provenance
+    version : int
+        Format of the file.
+    """
+
+    model: str
+    preset: str = ""
+    effects: tuple[str, ...] = ()
+    parameters: Mapping[str, CardParameter] = field(default_factory=dict)
+    per_run: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    provenance: Provenance = field(default_factory=Provenance)
+    version: int = FORMAT
+
+    def kernel(self) -> Kernel:
+        """The model in kernel form.
+
+        Raises
+        ------
+        InputError
+            Unknown model or effect.
+        """
+        if self.effects:
+            raise InputError(
+                f"effects = {list(self.effects)} -- expected an empty list: this version has no effects -- {_REMEDY}"
+            )
+        return kernel(self.model)
+
+    def params(self, run: str | None = None) -> Any:
+        """Validated parameters of the kernel, with the values of one run where ``run`` names it.
+
+        Raises
+        ------
+        InputError
+            A value out of bounds, a joint condition violated, or a run the card does not hold.
+        """
+        values = {name: parameter.value for name, parameter in self.parameters.items()}
+        if run is not None:
+            if run not in self.per_run:
+                raise InputError(f"run {run!r} -- expected one of {', '.join(self.per_run) or '(none)'} of the card")
+            values.update(self.per_run[run])
+        return self.kernel().params(self.preset or None, values)
+
+
+def read_card(path: str | os.PathLike[str]) -> ModelCard:
+    """Read and check a model card.
+
+    Raises
+    ------
+    InputError
+        File missing or not TOML (with the line), a key missing, unknown or of the wrong type (with its
+        name), another format version, an unknown model, parameter or unit, a value out of bounds.
+    """
+    try:
+        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as failure:
+        raise InputError(f"card {path} -- expected a readable file ({failure.strerror}) -- check the path") from failure
+    except UnicodeDecodeError as failure:
+        raise InputError(f"card {path} -- expected UTF-8 text (byte {failure.start}) -- {_REMEDY}") from failure
+    except tomllib.TOMLDecodeError as failure:
+        raise InputError(f"card {path}: {failure} -- expected TOML -- {_REMEDY}") from failure
+    source = f"card {path}"
+    card = _card(_Table(data, source, ""))
+    try:
+        declared = {v.name: v for v in card.kernel().parameters}
+        for name, parameter in card.parameters.items():
+            _check_declared(name, parameter, declared)
+        card.params()
+    except InputError as wrong:
+        raise InputError(f"{source}: {wrong}") from wrong
+    for run in card.per_run:
+        try:
+            card.params(run)
+        except InputError as wrong:
+            raise InputError(f"{source}, per_run.{run}: {wrong}") from wrong
+    return card
+
+
+def write_card(path: str | os.PathLike[str], card: ModelCard) -> None:
+    """Write a card; the file appears whole or not at all.
+
+    Raises
+    ------
+    InputError
+        The folder does not exist or cannot be written.
+    """
+    lines: list[str] = []
+    _emit(lines, (), _plain(card))
+    target = Path(path)
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        part.write_text("\n".join(lines).lstrip("\n") + "\n", encoding="utf-8")
+        part.replace(target)
+    except OSError as failure:
+        part.unlink(missing_ok=True)
+        raise InputError(
+            f"card {path} -- expected a file that can be written ({failure.strerror}) -- choose another --out"
+        ) from failure
+
+
+def utc_now() -> str:
+    """Date of the provenance; ``SOURCE_DATE_EPOCH`` overrides the clock for reproducible cards."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    clock = datetime.datetime.fromtimestamp(int(epoch), datetime.UTC) if epoch else datetime.datetime.now(datetime.UTC)
+    return clock.isoformat(timespec="seconds")
+
+
+class _Table:
+    """A TOML table with its place in the file, so that every complaint names the key."""
+
+    def __init__(self, data: Any, source: str, place: str) -> None:
+        self.source, self.place = source, place
+        if not isinstance(data, dict):
+            raise self.wrong("", data, "a table")
+        self.data: dict[str, Any] = data
+
+    def wrong(self, key: str, value: Any, expected: str) -> InputError:
+        name = ".".join(part for part in (self.place, key) if part)
+        return InputError(f"{self.source}: {name} = {value!r} -- expected {expected} -- {_REMEDY}")
+
+    def get(self, key: str, kind: type, default: Any = None) -> Any:
+        """Value of ``key`` with its type checked; no default means that the key must be there."""
+        if key not in self.data:
+            if default is not None:
+                return default
+            name = ".".join(part for part in (self.place, key) if part)
+            raise InputError(f"{self.source}: no key {name} -- expected {_KINDS[kind]} -- {_REMEDY}")
+        value = self.data[key]
+        if kind is float and isinstance(value, int) and not isinstance(value, bool):
+            value = float(value)
+        if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+            raise self.wrong(key, value, _KINDS[kind])
+        return value
+
+    def table(self, key: str) -> _Table:
+        place = f"{self.place}.{key}" if self.place else key
+        return _Table(self.data.get(key, {}), self.source, place)
+
+    def only(self, *known: str) -> None:
+        for key, value in self.data.items():
+            if key not in known:
+                raise self.wrong(key, value, f"one of the keys {', '.join(known)}")
+
+
+_KINDS: dict[type, str] = {
+    float: "a number",
+    int: "an integer",
+    str: "a string",
+    bool: "true or false",
+    list: "a list",
+}
+
+
+def _card(root: _Table) -> ModelCard:
+    version = root.get("format", int)
+    if version != FORMAT:
+        raise root.wrong("format", version, f"format {FORMAT}, the one this version reads")
+    root.only("format", "model", "preset", "effects", "parameters", "per_run", "provenance")
+    effects = root.get("effects", list, [])
+    if not all(isinstance(effect, str) for effect in effects):
+        raise root.wrong("effects", effects, "a list of effect ids")
+    parameters, per_run = root.table("parameters"), root.table("per_run")
+    runs = {name: per_run.table(name) for name in per_run.data}
+    return ModelCard(
+        model=root.get("model", str),
+        preset=root.get("preset", str, ""),
+        effects=tuple(effects),
+        parameters={name: _parameter(parameters.table(name)) for name in parameters.data},
+        per_run={name: {key: run.get(key, float) for key in run.data} for name, run in runs.items()},
+        provenance=_provenance(root.table("provenance")),
+    )
+
+
+def _parameter(table: _Table) -> CardParameter:
+    table.only("value", "unit", "stderr", "lo", "hi", "fixed")
+    stderr = table.get("stderr", float) if "stderr" in table.data else None
+    if stderr is not None and not stderr >= 0.0:
+        raise table.wrong("stderr", stderr, "a number that is not negative")
+    lo, hi = table.get("lo", float, -math.inf), table.get("hi", float, math.inf)
+    value = table.get("value", float)
+    if not lo <= value <= hi:
+        raise table.wrong("value", value, f"a value in its own bounds [{lo:g}, {hi:g}]")
+    return CardParameter(value, table.get("unit", str), stderr, lo, hi, table.get("fixed", bool, False))
+
+
+def _provenance(table: _Table) -> Provenance:
+    table.only("records", "package_version", "seed", "date", "method")
+    records = []
+    for index, entry in enumerate(table.get("records", list, [])):
+        record = _Table(entry, table.source, f"provenance.records[{index}]")
+        record.only("name", "sha256", "role")
+        role = record.get("role", str, "measured")
+        if role not in ("measured", "holdout"):
+            raise record.wrong("role", role, "'measured' or 'holdout'")
+        sha256 = record.get("sha256", str)
+        if len(sha256) != 64 or set(sha256) - set("0123456789abcdef"):
+            raise record.wrong("sha256", sha256, "64 hexadecimal digits")
+        records.append(RecordUsed(record.get("name", str), sha256, role))
+    return Provenance(
+        tuple(records),
+        table.get("package_version", str, ""),
+        table.get("seed", int, 0),
+        table.get("date", str, ""),
+        table.get("method", str, ""),
+    )
+
+
+def _check_declared(name: str, parameter: CardParameter, declared: Mapping[str, Variable]) -> None:
+    if name not in declared:
+        raise InputError(f"parameters.{name} -- expected one of {', '.join(declared)} -- {_REMEDY}")
+    unit = declared[name].quantity.unit
+    if parameter.unit != unit:
+        raise InputError(
+            f"parameters.{name}.unit = {parameter.unit!r} -- expected {unit!r}, cards are in SI -- {_REMEDY}"
+        )
+
+
+def _plain(card: ModelCard) -> dict[str, Any]:
+    made = card.provenance
+    return {
+        "format": card.version,
+        "model": card.model,
+        "preset": card.preset,
+        "effects": list(card.effects),
+        "parameters": {
+            name: {key: value for key, value in vars(parameter).items() if value is not None}
+            for name, parameter in card.parameters.items()
+        },
+        "per_run": {run: dict(values) for run, values in card.per_run.items()},
+        "provenance": {
+            "package_version": made.package_version,
+            "seed": made.seed,
+            "date": made.date,
+            "method": made.method,
+            "records": [vars(record) for record in made.records],
+        },
+    }
+
+
+def _emit(lines: list[str], place: Sequence[str], table: Mapping[str, Any]) -> None:
+    """Append a table in TOML: its own keys first, then its sub-tables."""
+    nested = {key: value for key, value in table.items() if isinstance(value, Mapping)}
+    if place and len(nested) < len(table):
+        lines += ["", f"[{'.'.join(_key(part) for part in place)}]"]
+    lines += [f"{_key(key)} = {_value(value)}" for key, value in table.items() if key not in nested]
+    for key, value in nested.items():
+        _emit(lines, (*place, key), value)
+
+
+def _key(key: str) -> str:
+    return key if key and all(c.isascii() and (c.isalnum() or c in "_-") for c in key) else _value(key)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        escaped = "".join(
+            f"\\{c}" if c in '"\\' else f"\\u{ord(c):04x}" if ord(c) < 32 or ord(c) == 127 else c for c in value
+        )
+        return f'"{escaped}"'
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, (list, tuple)):
+        return "[" + "".join(f"\n  {_value(item)}," for item in value) + ("\n]" if value else "]")
+    return repr(value)
