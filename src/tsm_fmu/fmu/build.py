@@ -1,0 +1,202 @@
+"""Build of the python flavour: an FMI 2.0 co-simulation FMU with PythonFMU's library and slave class.
+
+The archive is assembled here, not by PythonFMU's builder, because the builder imports what it packs into
+the running process, dates and randomises its output, and names modules so that two FMUs in one process
+share code. Each FMU here carries its kernel, the slave and PythonFMU's slave class in a package of its
+own, ``tsm_fmu_<tag>``, and a start script ``<name>_<tag>.py``; the tag comes from the content.
+"""
+
+from __future__ import annotations
+
+import ast
+import html
+import io
+import keyword
+import re
+import zipfile
+from collections.abc import Mapping
+from importlib import import_module, resources
+from importlib.metadata import distribution
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+from uuid import UUID
+from xml.etree import ElementTree
+
+from ..kernel import Kernel
+from ..models.contract import InputError
+from . import slave
+from .content import GUID_MARK, TAG_MARK, guid_of, tag_of
+from .description import interface, model_description
+
+PACKAGE = __package__.partition(".")[0]
+PYTHONFMU_FILES = ("_version", "default_experiment", "enums", "fmi2slave", "logmsg", "variables")
+"""What the slave class needs of PythonFMU; its builder stays out."""
+
+
+def build_fmu(
+    kernel: Kernel, out: Path, *, name: str | None = None, start_values: Mapping[str, float] | None = None
+) -> Path:
+    """Write the FMU of a kernel; equal content gives equal bytes.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        A model, or a model with effects.
+    out : Path
+        The ``.fmu`` file, or a folder that gets ``<name>.fmu``.
+    name : str, optional
+        Model name and identifier; default the kernel's name.
+    start_values : mapping of str to float, optional
+        Start values of parameters by public name, SI: a fitted model's values. They are checked.
+
+    Returns
+    -------
+    Path
+        The file written.
+
+    Raises
+    ------
+    InputError
+        A name that is no identifier, an unknown parameter, a value out of bounds, or a file that cannot be written.
+    """
+    name = name or kernel.name
+    if not re.fullmatch(r"[A-Za-z_]\w*", name, flags=re.ASCII) or keyword.iskeyword(name):
+        raise InputError(
+            f"FMU name {name!r} -- expected letters, digits and underscores, not beginning with a digit -- rename it"
+        )
+    starts = _changed(kernel, start_values or {})
+    target = out if out.suffix == ".fmu" else out / f"{name}.fmu"
+    data = _archive(_named(_content(kernel, name, starts)))
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(data)
+    except OSError as failure:
+        raise InputError(
+            f"FMU {target} cannot be written ({failure.strerror}) -- expected a writable folder -- choose another"
+        ) from failure
+    return target
+
+
+def script_text(module_name: str, name: str, build_attributes: str = "") -> str:
+    """Start script of an FMU: the file of ``fmus/``, to which the build adds GUID and start values."""
+    return (
+        f'"""PythonFMU slave of {name}."""\n\n'
+        f"from {PACKAGE}.fmu.slave import KernelSlave\n"
+        f"from {PACKAGE}.models import {module_name}\n\n\n"
+        f"class {name}(KernelSlave):\n"
+        f"    kernel = {module_name}\n{build_attributes}"
+    )
+
+
+def _changed(kernel: Kernel, start_values: Mapping[str, float]) -> dict[str, float]:
+    """Validated start values, only those that differ from the kernel's own."""
+    params = kernel.params(values=start_values)
+    values = {v.name: (v.kind(x), v.start) for v, x in zip(kernel.parameters, params, strict=True)}
+    return {name: value for name, (value, start) in values.items() if value != start}
+
+
+def _content(kernel: Kernel, name: str, starts: Mapping[str, float]) -> dict[str, bytes]:
+    """Files of the FMU by archive path, with marks where GUID and tag will be."""
+    fmu = interface(kernel, name, starts)
+    xml = model_description(fmu, GUID_MARK)
+    ElementTree.indent(xml)
+    module_name = kernel.module.__name__.rpartition(".")[2]
+    added = f'    guid_built = "{GUID_MARK}"\n'
+    if starts:
+        added += f"    start_values = {dict(sorted(starts.items()))!r}  # noqa: RUF012\n"
+    package = f"resources/{PACKAGE}_{TAG_MARK}"
+    texts = {
+        "modelDescription.xml": ElementTree.tostring(xml, encoding="unicode", xml_declaration=False) + "\n",
+        "documentation/index.html": _documentation(kernel, name),
+        "documentation/licenses/PythonFMU.txt": _pythonfmu_licence(),
+        "resources/slavemodule.txt": f"{name}_{TAG_MARK}",
+        f"resources/{name}_{TAG_MARK}.py": _isolated(script_text(module_name, name, added)),
+        f"{package}/__init__.py": "",
+        f"{package}/pythonfmu/__init__.py": "",
+    }
+    texts["modelDescription.xml"] = '<?xml version="1.0" encoding="UTF-8"?>\n' + texts["modelDescription.xml"]
+    for module in ("pythonfmu." + f for f in PYTHONFMU_FILES):
+        texts[f"{package}/{module.replace('.', '/')}.py"] = source_of(import_module(module))
+    for module, text in needed_sources(kernel.module, slave).items():
+        folders = module.split(".")[1:]
+        for depth in range(1, len(folders)):
+            texts[f"{package}/{'/'.join(folders[:depth])}/__init__.py"] = ""
+        texts[f"{package}/{'/'.join(folders)}.py"] = _isolated(text)
+    return {path: text.encode() for path, text in texts.items()} | _libraries(name)
+
+
+def needed_sources(*modules: ModuleType) -> dict[str, str]:
+    """Source text of modules of this package and of those that they import, by module name."""
+    found: dict[str, str] = {}
+    waiting = list(modules)
+    while waiting:
+        module = waiting.pop()
+        if module.__name__ in found:
+            continue
+        found[module.__name__] = source_of(module)
+        for node in ast.walk(ast.parse(found[module.__name__])):
+            if isinstance(node, ast.ImportFrom) and node.level:
+                parent = module.__name__.rsplit(".", node.level)[0]
+                if node.module:
+                    waiting.append(import_module(f"{parent}.{node.module}"))
+                else:  # from . import sibling
+                    waiting += [import_module(f"{parent}.{alias.name}") for alias in node.names]
+    return dict(sorted(found.items()))
+
+
+def source_of(module: ModuleType) -> str:
+    """Text of a module; a kernel that was written at run time carries its text in ``SOURCE_TEXT``."""
+    text: Any = getattr(module, "SOURCE_TEXT", None)
+    return text if text is not None else Path(str(module.__file__)).read_text(encoding="utf-8")
+
+
+def _isolated(text: str) -> str:
+    """Turn absolute imports of this package and of PythonFMU into imports of the FMU's own package."""
+    text = re.sub(rf"^from {PACKAGE}\b", f"from {PACKAGE}_{TAG_MARK}", text, flags=re.MULTILINE)
+    return re.sub(r"^from pythonfmu\b", f"from {PACKAGE}_{TAG_MARK}.pythonfmu", text, flags=re.MULTILINE)
+
+
+def _libraries(name: str) -> dict[str, bytes]:
+    """PythonFMU's shared libraries under the name of the model."""
+    found: dict[str, bytes] = {}
+    for platform in resources.files("pythonfmu").joinpath("resources/binaries").iterdir():
+        for library in platform.iterdir():
+            found[f"binaries/{platform.name}/{name}{Path(library.name).suffix}"] = library.read_bytes()
+    return found
+
+
+def _pythonfmu_licence() -> str:
+    files = distribution("pythonfmu").files or []
+    return next(f for f in files if f.name == "LICENSE").read_text()
+
+
+def _documentation(kernel: Kernel, name: str) -> str:
+    text = html.escape((kernel.module.__doc__ or "").strip())
+    return f'<!DOCTYPE html>\n<meta charset="utf-8">\n<title>{name}</title>\n<h1>{name}</h1>\n<pre>{text}</pre>\n'
+
+
+def _named(content: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Content with GUID and tag in the place of their marks."""
+    guid: UUID = guid_of(content)
+    names = {GUID_MARK: str(guid), TAG_MARK: tag_of(guid)}
+    result: dict[str, bytes] = {}
+    for path, data in content.items():
+        for mark, value in names.items():
+            path = path.replace(mark, value)
+            if not path.startswith("binaries/"):
+                data = data.replace(mark.encode(), value.encode())
+        result[path] = data
+    return result
+
+
+def _archive(files: Mapping[str, bytes]) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for path in sorted(files):
+            info = zipfile.ZipInfo(path, (1980, 1, 1, 0, 0, 0))
+            info.compress_type = zipfile.ZIP_DEFLATED
+            info.create_system = 3  # the same bytes from any operating system
+            info.external_attr = (0o755 if path.startswith("binaries/") else 0o644) << 16
+            archive.writestr(info, files[path])
+    return buffer.getvalue()

@@ -1,0 +1,169 @@
+"""FMI 2.0 model description of a kernel: variables with units and bounds, structure, units, default experiment.
+
+Written from the declared variables of the kernel, not by PythonFMU, whose own description has no units,
+no bounds and no InitialUnknowns, and prints start values with 16 digits, which does not keep a double.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement
+
+from pythonfmu import __version__ as pythonfmu_version
+from pythonfmu.fmi2slave import Fmi2Slave
+
+from .. import __version__
+from ..kernel import Kernel
+from ..models.contract import Variable
+from ..units import unit_to_si
+
+FIXED_DATE = "1980-01-01T00:00:00Z"
+"""Date of generation and of every file in the archive: equal content gives equal bytes."""
+
+_FMI2_BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A variable as FMI sees it: its position is its value reference, from 0, and its index, from 1."""
+
+    variable: Variable
+    causality: str
+    start: float | None
+
+
+@dataclass(frozen=True)
+class Interface:
+    """Name, text and variable table of one FMU.
+
+    Attributes
+    ----------
+    name : str
+        Model name and model identifier.
+    summary : str
+        First line of the kernel's docstring.
+    entries : tuple of Entry
+        Parameters, inputs, outputs, in declared order (as in `slave.KernelSlave`).
+    depends : mapping of str to tuple of str
+        Inputs that an output depends on, by name; an output that is not in it depends on all.
+    """
+
+    name: str
+    summary: str
+    entries: tuple[Entry, ...]
+    depends: Mapping[str, tuple[str, ...]]
+
+    def positions(self, *causalities: str) -> list[int]:
+        """FMI indices, from 1, of the variables with these causalities."""
+        return [i for i, e in enumerate(self.entries, start=1) if e.causality in causalities]
+
+
+def interface(kernel: Kernel, name: str, start_values: Mapping[str, float]) -> Interface:
+    """Variable table of a kernel; ``start_values`` replace the kernel's defaults of its parameters."""
+    entries = [Entry(v, "parameter", start_values.get(v.name, v.start)) for v in kernel.parameters]
+    entries += [Entry(v, "input", v.start) for v in kernel.inputs]
+    entries += [Entry(v, "output", None) for v in kernel.outputs]
+    summary = (kernel.module.__doc__ or kernel.name).strip().splitlines()[0].rstrip(".")
+    return Interface(name, summary, tuple(entries), getattr(kernel.module, "DEPENDS", {}))
+
+
+def model_description(fmu: Interface, guid: str) -> Element:
+    """Complete ``fmiModelDescription`` of the python flavour."""
+    root = Element(
+        "fmiModelDescription",
+        fmiVersion="2.0",
+        modelName=fmu.name,
+        guid=guid,
+        description=fmu.summary,
+        author="tsm-fmu",
+        version=__version__,
+        copyright="the tsm-fmu authors",
+        license="MIT",
+        generationTool=f"tsm-fmu {__version__} with PythonFMU {pythonfmu_version}",
+        generationDateAndTime=FIXED_DATE,
+        variableNamingConvention="structured",
+    )
+    SubElement(
+        root,
+        "CoSimulation",
+        modelIdentifier=fmu.name,
+        needsExecutionTool="true",
+        canHandleVariableCommunicationStepSize="true",
+        canNotUseMemoryManagementFunctions="true",
+        canGetAndSetFMUstate="true",
+        canSerializeFMUstate="true",
+    )
+    _add_units(SubElement(root, "UnitDefinitions"), fmu.entries)
+    categories = SubElement(root, "LogCategories")
+    for category, meaning in Fmi2Slave.log_categories.items():
+        SubElement(categories, "Category", name=category, description=meaning)
+    SubElement(root, "DefaultExperiment", startTime="0", stopTime="10", stepSize="0.001")
+    listed = SubElement(root, "ModelVariables")
+    for reference, entry in enumerate(fmu.entries):
+        _add_variable(listed, entry, reference)
+    _add_structure(SubElement(root, "ModelStructure"), fmu)
+    return root
+
+
+def _add_variable(parent: Element, entry: Entry, reference: int) -> None:
+    variable, quantity = entry.variable, entry.variable.quantity
+    changing = "continuous" if variable.kind is float else "discrete"
+    attributes = {
+        "name": variable.name,
+        "valueReference": str(reference),
+        "description": quantity.meaning,
+        "causality": entry.causality,
+        "variability": "fixed" if entry.causality == "parameter" else changing,
+    }
+    if entry.causality != "input":
+        attributes["initial"] = "exact" if entry.causality == "parameter" else "calculated"
+    node = SubElement(parent, "ScalarVariable", attributes)
+    bounds = {"min": quantity.lo, "max": quantity.hi, "start": entry.start}
+    numbers = {k: _text(variable.kind, x) for k, x in bounds.items() if x is not None and math.isfinite(x)}
+    if variable.kind is int:
+        SubElement(node, "Integer", numbers)
+        return
+    units = {"unit": quantity.unit}
+    if quantity.display:
+        units["displayUnit"] = quantity.display
+    SubElement(node, "Real", {**units, **numbers})
+
+
+def _text(kind: type, number: Any) -> str:
+    return str(int(number)) if kind is int else repr(float(number))
+
+
+def _add_units(parent: Element, entries: Iterable[Entry]) -> None:
+    displays: dict[str, set[str]] = {}
+    for entry in entries:
+        if entry.variable.kind is float:
+            quantity = entry.variable.quantity
+            displays.setdefault(quantity.unit, set()).update([quantity.display] if quantity.display else [])
+    for unit in sorted(displays):
+        node = SubElement(parent, "Unit", name=unit)
+        exponents = {symbol: power for symbol, power in unit_to_si(unit).base if power}
+        SubElement(node, "BaseUnit", {s: str(int(exponents[s])) for s in _FMI2_BASE_UNITS if s in exponents})
+        for display in sorted(displays[unit]):
+            factor = unit_to_si(unit).factor / unit_to_si(display).factor
+            SubElement(node, "DisplayUnit", name=display, factor=repr(factor))
+
+
+def _add_structure(parent: Element, fmu: Interface) -> None:
+    inputs, parameters = fmu.positions("input"), fmu.positions("parameter")
+    needed = {p: _needed(fmu, fmu.entries[p - 1], inputs) for p in fmu.positions("output")}
+    outputs = SubElement(parent, "Outputs")
+    for position, depends in needed.items():
+        SubElement(outputs, "Unknown", index=str(position), dependencies=" ".join(map(str, depends)))
+    initial = SubElement(parent, "InitialUnknowns")
+    for position, depends in needed.items():
+        at_start = sorted(parameters + depends)
+        SubElement(initial, "Unknown", index=str(position), dependencies=" ".join(map(str, at_start)))
+
+
+def _needed(fmu: Interface, output: Entry, inputs: list[int]) -> list[int]:
+    if output.variable.name not in fmu.depends:
+        return inputs
+    return [p for p in inputs if fmu.entries[p - 1].variable.name in fmu.depends[output.variable.name]]
