@@ -1,6 +1,6 @@
 """Command line: one verb, one file. ``tsm-fmu`` and ``python -m tsm_fmu`` start here."""
 
-from . import list_models
+from . import build, list_models, validate
 from .app import app, main
 
-__all__ = ["app", "list_models", "main"]
+__all__ = ["app", "build", "list_models", "main", "validate"]

@@ -29,7 +29,7 @@ from . import slave
 from .content import GUID_MARK, TAG_MARK, guid_of, tag_of
 from .description import interface, model_description
 
-PACKAGE = __package__.partition(".")[0]
+PACKAGE = __name__.partition(".")[0]
 PYTHONFMU_FILES = ("_version", "default_experiment", "enums", "fmi2slave", "logmsg", "variables")
 """What the slave class needs of PythonFMU; its builder stays out."""
 
