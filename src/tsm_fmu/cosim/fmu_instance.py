@@ -1,0 +1,317 @@
+"""One loaded FMU, driven through the FMI 2.0 or 3.0 co-simulation call sequence, strictly.
+
+FMPy loads the library and declares the C functions; the calls of the step loop go to them directly, with
+the value references and buffers of all ports of one type prepared once, so that a step costs one set,
+one doStep and one get per type. Statuses are checked here: a warning passes, anything above stops.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import math
+import sys
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import fmpy.fmi2
+import fmpy.fmi3
+from fmpy.fmi1 import FMICallException
+
+from ..models.contract import InputError
+from .description import Description, Port
+from .system import Value
+
+OK, WARNING, DISCARD, ERROR, FATAL = range(5)
+STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
+
+_C_TYPES: dict[str, Any] = {
+    "Real": ctypes.c_double,
+    "Integer": ctypes.c_int,
+    "Boolean": ctypes.c_int,
+    "String": ctypes.c_char_p,
+    "Float64": ctypes.c_double,
+    "Float32": ctypes.c_float,
+    **{
+        f"{sign}Int{bits}": getattr(ctypes, f"c_{sign.lower()}int{bits}")
+        for sign in ("", "U")
+        for bits in (8, 16, 32, 64)
+    },
+}
+
+_log: dict[str, deque[str]] = {}
+"""Last lines of each live instance: FMPy's logger proxy knows one callback per process."""
+
+
+class FmuFailure(InputError):
+    """An FMU returned Discard, Error or Fatal; the line names it, the call, the time and its last message."""
+
+
+@dataclass
+class Block:
+    """The ports of one FMI type that are read or written in one call.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Variable names, in buffer order.
+    values : ctypes array
+        The buffer.
+    call : callable
+        Moves the buffer to or from the FMU and returns the FMI status.
+    """
+
+    names: tuple[str, ...]
+    values: Any
+    call: Callable[[], int]
+
+    @property
+    def real(self) -> bool:
+        """Whether the values can be other than finite."""
+        return self.values._type_ in (ctypes.c_double, ctypes.c_float)
+
+
+class FmuInstance:
+    """An instantiated FMU; use as a context manager, which terminates and frees it as FMI allows.
+
+    Parameters
+    ----------
+    name : str
+        Instance name.
+    description : Description
+        From `describe`.
+    directory : Path
+        Where the FMU is unpacked.
+    inputs, outputs : sequence of str
+        Variables that the step loop sets and gets.
+
+    Raises
+    ------
+    FmuFailure
+        If the library cannot be loaded or the FMU does not instantiate.
+    """
+
+    def __init__(
+        self, name: str, description: Description, directory: Path, inputs: Sequence[str], outputs: Sequence[str]
+    ) -> None:
+        self.name, self.description = name, description
+        self._fmi3 = description.fmi == 3
+        self._stage = "new"
+        self._log = _log.setdefault(name, deque(maxlen=20))
+        arguments = {
+            "guid": description.model.guid,
+            "modelIdentifier": description.model.coSimulation.modelIdentifier,
+            "unzipDirectory": str(directory),
+            "instanceName": name,
+        }
+        try:
+            if self._fmi3:
+                self._fmu: Any = fmpy.fmi3.FMU3Slave(**arguments)
+                self._fmu.instantiate(loggingOn=True, logMessage=self._log_fmi3)
+            else:
+                self._fmu = fmpy.fmi2.FMU2Slave(**arguments)
+                self._fmu.instantiate(callbacks=_callbacks(), loggingOn=True)
+        except Exception as failure:
+            _log.pop(name, None)
+            hint = (
+                "the FMU needs its own tool" if description.model.coSimulation.needsExecutionTool else "build it again"
+            )
+            raise FmuFailure(
+                f"FMU {name} ({description.path.name}) cannot be loaded: {self.last_log or _first_line(failure)} -- "
+                f"expected a library for {fmpy.platform_tuple} that instantiates -- {hint}, or for this platform"
+            ) from failure
+        self.inputs = self._blocks(inputs, "Set")
+        self.outputs = self._blocks(outputs, "Get")
+        self._do_step = self._stepper()
+
+    def __enter__(self) -> FmuInstance:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """What the FMU logged above the status OK, the last twenty lines, after its name."""
+        return tuple(f"{self.name}: {line}" for line in self._log)
+
+    @property
+    def last_log(self) -> str:
+        """Last line that the FMU logged; empty if none."""
+        return self._log[-1] if self._log else ""
+
+    def port(self, name: str, side: str) -> tuple[Any, int]:
+        """Buffer and index of a variable among the inputs or outputs (``side``)."""
+        for block in getattr(self, side):
+            if name in block.names:
+                return block.values, block.names.index(name)
+        raise KeyError(f"{self.name}.{name} is not among the {side}")
+
+    def set_start_values(self, values: Mapping[str, Value]) -> None:
+        """Set parameters and other start values before initialisation."""
+        for name, value in values.items():
+            (block,) = self._blocks([name], "Set")
+            block.values[0] = value.encode() if isinstance(value, str) else value
+            self._check(block.call(), f"set {name} = {value!r}", None)
+
+    def enter_initialization(self, start: float, stop: float | None) -> None:
+        """Set the experiment up and enter initialisation mode."""
+        if self._fmi3:
+            self._attempt(
+                partial(self._fmu.enterInitializationMode, None, start, stop), "enterInitializationMode", start
+            )
+        else:
+            self._attempt(partial(self._fmu.setupExperiment, None, start, stop), "setupExperiment", start)
+            self._attempt(self._fmu.enterInitializationMode, "enterInitializationMode", start)
+        self._stage = "initialising"
+
+    def check_start(self, time: float) -> None:
+        """Stop at the FMU whose inputs are finite and whose outputs are not: the cause, not one that follows it."""
+        wrong, given = (
+            [n for b in blocks if b.real for n, v in zip(b.names, b.values, strict=True) if not math.isfinite(v)]
+            for blocks in (self.outputs, self.inputs)
+        )
+        if wrong and not given:
+            self._stage = "failed"
+            raise FmuFailure(
+                f"FMU {self.name} ({self.description.path.name}) has no finite {', '.join(wrong)} at t = {time:g} s: "
+                f"{self.last_log or 'it logged nothing'} -- check its inputs and parameters"
+            )
+
+    def exit_initialization(self, time: float) -> None:
+        """Leave initialisation mode: the outputs are now those at the start."""
+        self._attempt(self._fmu.exitInitializationMode, "exitInitializationMode", time)
+        self._stage = "running"
+
+    def set_inputs(self, time: float) -> None:
+        """Write the input buffers to the FMU."""
+        for block in self.inputs:
+            status = block.call()
+            if status > WARNING:
+                self._check(status, f"set {', '.join(block.names)} = {list(block.values)}", time)
+
+    def get_outputs(self, time: float) -> None:
+        """Read the outputs of the FMU into the output buffers."""
+        for block in self.outputs:
+            status = block.call()
+            if status > WARNING:
+                self._check(status, f"get {', '.join(block.names)}", time)
+
+    def step(self, time: float, dt: float) -> None:
+        """Advance from ``time`` by ``dt`` [s]."""
+        status = self._do_step(time, dt)
+        if status > WARNING:
+            self._check(status, "doStep", time)
+
+    def close(self) -> None:
+        """Terminate and free: after an error only the freeing is allowed, after Fatal nothing is."""
+        if self._stage == "closed":
+            return
+        if self._stage == "running":
+            with contextlib.suppress(Exception):
+                self._fmu.terminate()
+        if self._stage != "fatal":
+            with contextlib.suppress(Exception):
+                self._fmu.freeInstance()
+        self._stage = "closed"
+        _log.pop(self.name, None)
+
+    def _blocks(self, names: Sequence[str], verb: str) -> list[Block]:
+        grouped: dict[str, list[Port]] = {}
+        for name in names:
+            port = self.description.ports[name]
+            kind = port.fmi_type
+            if kind == "Enumeration":
+                kind = "Int64" if self._fmi3 else "Integer"
+            grouped.setdefault(kind, []).append(port)
+        return [self._block(kind, ports, verb) for kind, ports in grouped.items()]
+
+    def _block(self, kind: str, ports: Sequence[Port], verb: str) -> Block:
+        c_type = ctypes.c_bool if self._fmi3 and kind == "Boolean" else _C_TYPES[kind]
+        references = (ctypes.c_uint * len(ports))(*(p.reference for p in ports))
+        values = (c_type * len(ports))()
+        function = self._fmu._functions[f"fmi{self.description.fmi}{verb}{kind}"]
+        sizes = (len(ports), values, len(ports)) if self._fmi3 else (len(ports), values)
+        return Block(tuple(p.name for p in ports), values, partial(function, self._fmu.component, references, *sizes))
+
+    def _stepper(self) -> Callable[[float, float], int]:
+        component = self._fmu.component
+        if not self._fmi3:
+            function = self._fmu._functions["fmi2DoStep"]
+            return lambda time, dt: function(component, time, dt, 1)
+        function = self._fmu._functions["fmi3DoStep"]
+        event, terminate, early = ctypes.c_bool(), ctypes.c_bool(), ctypes.c_bool()
+        reached = ctypes.c_double()
+        results = tuple(ctypes.byref(x) for x in (event, terminate, early, reached))
+
+        def step(time: float, dt: float) -> int:
+            status = function(component, time, dt, True, *results)
+            if terminate.value and status <= WARNING:
+                self._log.append("the FMU asks to terminate the simulation")
+                return DISCARD
+            return status
+
+        return step
+
+    def _attempt(self, call: Callable[[], object], what: str, time: float) -> None:
+        try:
+            call()
+        except FMICallException as failure:
+            self._check(failure.status, what, time)
+
+    def _check(self, status: int, what: str, time: float | None) -> None:
+        """Raise unless OK or Warning, and remember what FMI still allows on this instance."""
+        if status <= WARNING:
+            return
+        if status == FATAL:
+            self._stage = "fatal"
+        elif status != DISCARD:
+            self._stage = "failed"
+        label = STATUS[status] if 0 <= status < len(STATUS) else f"status {status}"
+        at = "" if time is None or math.isnan(time) else f" at t = {time:g} s"
+        raise FmuFailure(
+            f"FMU {self.name} ({self.description.path.name}) returned {label} from {what}{at}: "
+            f"{self.last_log or 'it logged nothing'} -- expected OK -- check its inputs and parameters"
+        )
+
+    def _log_fmi3(self, _environment: Any, status: int, _category: bytes, message: bytes) -> None:
+        _remember(self._log, status, message)
+
+
+def _remember(lines: deque[str], status: int, message: bytes | None) -> None:
+    text = (message or b"").decode("utf-8", "replace").strip()
+    if text and status != OK:  # OK: chatter of the FMU, not a reason
+        lines.append(" ".join(text.split()))
+
+
+def _logger(_environment: Any, name: bytes | None, status: int, _category: Any, message: bytes | None) -> None:
+    lines = _log.get((name or b"").decode("utf-8", "replace"))
+    if lines is not None:
+        _remember(lines, status, message)
+    elif status > WARNING:
+        print((message or b"").decode("utf-8", "replace"), file=sys.stderr)
+
+
+_CALLBACKS = (  # kept for the life of the process: the proxy below holds on to the logger
+    fmpy.fmi2.fmi2CallbackLoggerTYPE(_logger),
+    fmpy.fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc),
+    fmpy.fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free),
+)
+
+
+def _callbacks() -> Any:
+    callbacks = fmpy.fmi2.fmi2CallbackFunctions()
+    callbacks.logger, callbacks.allocateMemory, callbacks.freeMemory = _CALLBACKS
+    with contextlib.suppress(ImportError, OSError):  # formats C variadic messages; not shipped for every platform
+        from fmpy.logging import addLoggerProxy
+
+        addLoggerProxy(ctypes.byref(callbacks))
+    return callbacks
+
+
+def _first_line(failure: Exception) -> str:
+    return (str(failure).splitlines() or [type(failure).__name__])[0]

@@ -1,0 +1,226 @@
+"""The co-simulation master: initialisation, Gauss-Seidel or Jacobi stepping, recording.
+
+Gauss-Seidel (default) steps the components in the order of `schedule` and hands every output on at once, so
+that only the links against that order carry the previous communication point. Jacobi steps all with the
+values of the previous point. Both are first order in the communication step.
+"""
+
+from __future__ import annotations
+
+import math
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from typing import Any
+
+from ..models.contract import InputError
+from .fmu_instance import FmuFailure, FmuInstance
+from .order import Schedule, schedule
+from .recorder import Recorder, Selection, select
+from .system import Link, System, Wiring, check_system
+from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
+from .unpack import unpacked
+
+METHODS = ("gauss-seidel", "jacobi")
+
+Transfer = tuple[Any, int, Any, int, float, float]
+"""Target buffer and index, source buffer and index, gain, offset."""
+
+
+def simulate_system(
+    system: System,
+    stop: float,
+    step: float,
+    *,
+    start: float = 0.0,
+    method: str = "gauss-seidel",
+    record: Sequence[str] | None = None,
+    decimation: int = 1,
+    progress: bool = False,
+) -> Trajectory:
+    """Co-simulate a system with a fixed communication step.
+
+    Parameters
+    ----------
+    system : System
+        Components, connections, start values.
+    stop, step, start : float
+        Time [s]; ``stop - start`` is a whole number of steps.
+    method : {"gauss-seidel", "jacobi"}
+        Order of the exchange.
+    record : sequence of str, optional
+        ``component.variable`` or ``component`` (all its outputs); without it all outputs.
+    decimation : int
+        Record every n-th communication point.
+    progress : bool
+        Show a bar on stderr, if that is a terminal.
+
+    Returns
+    -------
+    Trajectory
+        First row at ``start``, after initialisation.
+
+    Raises
+    ------
+    InputError
+        If the system does not fit together (`check_system`, `schedule`) or an argument is wrong.
+    SimulationStopped
+        If an FMU fails or an output is no longer finite; `trajectory` has the rows until then.
+    SimulationInterrupted
+        On Ctrl-C; `trajectory` has the rows until then.
+    """
+    steps = _steps(start, stop, step)
+    if method not in METHODS:
+        raise InputError(f"method {method!r} -- expected one of {', '.join(METHODS)}")
+    if decimation < 1:
+        raise InputError(f"decimation {decimation!r} -- expected 1 or more")
+    wiring = check_system(system)
+    plan = schedule(wiring)
+    selection = select(wiring, record)
+    with ExitStack() as stack:
+        instances = _instantiate(wiring, selection, stack)
+        recorder = Recorder(selection, instances, 1 + steps // decimation)
+        order = [instances[name] for name in plan.components]
+        transfers = {name: _transfers(name, wiring, instances) for name in instances}
+        try:
+            _initialise(wiring, plan, instances, transfers, start)
+            recorder.store(start)
+            with interruptible() as interrupted, bar(progress, system.name, steps) as advance:
+                exchange = _gauss_seidel if method == "gauss-seidel" else _jacobi
+                plain = [(instance, transfers[instance.name]) for instance in order]
+                for k in range(steps):
+                    time = start + k * step
+                    exchange(plain, time, step)
+                    if (k + 1) % decimation == 0:
+                        recorder.store(start + (k + 1) * step)
+                    advance(k + 1)
+                    if interrupted():
+                        raise SimulationInterrupted(recorder.trajectory("interrupted"))
+        except FmuFailure as failure:
+            raise SimulationStopped(str(failure), recorder.trajectory(str(failure))) from failure
+        return recorder.finished()
+
+
+def _steps(start: float, stop: float, step: float) -> int:
+    if not (math.isfinite(start) and math.isfinite(stop) and math.isfinite(step) and step > 0.0 and stop > start):
+        raise InputError(f"start {start!r}, stop {stop!r}, step {step!r} s -- expected start < stop and step > 0")
+    steps = round((stop - start) / step)
+    if steps < 1 or abs(steps * step - (stop - start)) > 1e-6 * step:
+        raise InputError(
+            f"stop {stop!r} s with step {step!r} s from {start!r} s -- expected a whole number of steps, for example "
+            f"stop {start + max(steps, 1) * step:g} s"
+        )
+    return steps
+
+
+def _instantiate(wiring: Wiring, selection: Selection, stack: ExitStack) -> dict[str, FmuInstance]:
+    instances: dict[str, FmuInstance] = {}
+    for component in wiring.system.components:
+        name = component.name
+        directory = stack.enter_context(unpacked(component.fmu))
+        wanted = [link.source[1] for link in wiring.links if link.source[0] == name]
+        wanted += [variable for owner, variable in selection.values() if owner == name]
+        inputs = [link.target[1] for link in wiring.links if link.target[0] == name]
+        instance = FmuInstance(name, wiring.descriptions[name], directory, inputs, list(dict.fromkeys(wanted)))
+        stack.enter_context(instance)
+        instances[name] = instance
+    return instances
+
+
+def _transfers(name: str, wiring: Wiring, instances: Mapping[str, FmuInstance]) -> list[Transfer]:
+    def transfer(link: Link) -> Transfer:
+        target = instances[name].port(link.target[1], "inputs")
+        source = instances[link.source[0]].port(link.source[1], "outputs")
+        return (*target, *source, link.gain, link.offset)
+
+    return [transfer(link) for link in wiring.links if link.target[0] == name]
+
+
+def _initialise(
+    wiring: Wiring,
+    plan: Schedule,
+    instances: Mapping[str, FmuInstance],
+    transfers: Mapping[str, list[Transfer]],
+    start: float,
+) -> None:
+    """Bring all components through initialisation mode with consistent inputs.
+
+    In that mode outputs follow inputs, so the values are handed on in order until none changes. An FMU
+    that computes its outputs only on leaving the mode is served too: each gets its inputs once more just
+    before it leaves.
+    """
+    for component in wiring.system.components:
+        instances[component.name].set_start_values(component.parameters)
+    for instance in instances.values():
+        instance.enter_initialization(start, None)
+    for instance in instances.values():
+        instance.get_outputs(start)
+    for _ in range(len(instances) + 1):
+        before = [bytes(block.values) for i in instances.values() for block in i.inputs]
+        for name in plan.components:
+            _move(transfers[name])
+            instances[name].set_inputs(start)
+            instances[name].get_outputs(start)
+        if before == [bytes(block.values) for i in instances.values() for block in i.inputs]:
+            break
+    for instance in instances.values():
+        instance.check_start(start)
+    for name in plan.components:
+        _move(transfers[name])
+        instances[name].set_inputs(start)
+        instances[name].exit_initialization(start)
+        instances[name].get_outputs(start)
+
+
+def _move(transfers: Sequence[Transfer]) -> None:
+    for target, i, source, j, gain, offset in transfers:
+        value = source[j]
+        target[i] = value if gain == 1.0 and offset == 0.0 else gain * value + offset
+
+
+def _gauss_seidel(plan: Sequence[tuple[FmuInstance, list[Transfer]]], time: float, step: float) -> None:
+    for instance, transfers in plan:
+        _move(transfers)
+        instance.set_inputs(time)
+        instance.step(time, step)
+        instance.get_outputs(time + step)
+
+
+def _jacobi(plan: Sequence[tuple[FmuInstance, list[Transfer]]], time: float, step: float) -> None:
+    for instance, transfers in plan:
+        _move(transfers)
+        instance.set_inputs(time)
+    for instance, _ in plan:
+        instance.step(time, step)
+    for instance, _ in plan:
+        instance.get_outputs(time + step)
+
+
+@contextmanager
+def interruptible() -> Iterator[Callable[[], bool]]:
+    """Hold Ctrl-C back to the end of a step: inside one it would land in an FMU that runs Python."""
+    pressed = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield pressed.is_set
+        return
+    previous = signal.signal(signal.SIGINT, lambda *_: pressed.set())
+    try:
+        yield pressed.is_set
+    finally:
+        signal.signal(signal.SIGINT, previous)
+
+
+@contextmanager
+def bar(wanted: bool, title: str, steps: int) -> Iterator[Callable[[int], None]]:
+    if not (wanted and sys.stderr.isatty()):
+        yield lambda done: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    stride = max(1, steps // 200)
+    with Progress(console=Console(stderr=True), transient=True) as shown:
+        task = shown.add_task(title, total=steps)
+        yield lambda done: shown.update(task, completed=done) if done % stride == 0 else None

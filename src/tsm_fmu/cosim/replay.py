@@ -1,0 +1,196 @@
+"""Replay of a measured run through one FMU, and how well its outputs agree with what was measured.
+
+Row k of the record belongs to the k-th result: the inputs of row k+1 are set, then the FMU steps from t_k to
+t_k+1. The first row is the one of initialisation. Results are thus not one sample late.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..models.contract import InputError, Quantity, Variable
+from ..record import Record, kernel_inputs
+from ..units import unit_to_si
+from .description import Description, describe
+from .fmu_instance import FmuFailure, FmuInstance
+from .master import interruptible
+from .recorder import Recorder, select
+from .system import Component, System, Value, check_system
+from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
+from .unpack import unpacked
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Simulated against measured values of one channel.
+
+    Attributes
+    ----------
+    unit : str
+        SI unit.
+    rmse, peak_to_peak_error : float
+        Root mean square, and largest minus smallest, of simulated minus measured.
+    nrmse : float
+        rmse over the standard deviation of the measured channel; infinite if that does not move.
+    """
+
+    unit: str
+    rmse: float
+    peak_to_peak_error: float
+    nrmse: float
+
+
+def replay(
+    fmu: Path | str, record: Record, *, parameters: Mapping[str, Value] | None = None, cutoff: float | None = None
+) -> Trajectory:
+    """Drive an FMU with the inputs of a record.
+
+    Parameters
+    ----------
+    fmu : Path
+        FMU of ours or not; its inputs are channels of the record by name, converted from SI to the FMU's units.
+    record : Record
+        The run; v and a come from x where it has none.
+    parameters : mapping of str to value, optional
+        Start values; an input given here stays constant.
+    cutoff : float, optional
+        Cut-off of that differentiator [Hz].
+
+    Returns
+    -------
+    Trajectory
+        All outputs by variable name, SI, one row for each row of the record.
+
+    Raises
+    ------
+    InputError
+        Inputs missing from the record or not Real, or uneven sampling for an FMU that needs equal steps.
+    SimulationStopped, SimulationInterrupted
+        As in `simulate_system`.
+    """
+    name = "fmu"
+    wiring = check_system(_alone(name, Path(fmu), record, parameters or {}))
+    component, description = wiring.system.components[0], wiring.descriptions[name]
+    driven = [p.name for p in description.inputs if p.name not in (parameters or {})]
+    rows = _rows(description, driven, record, cutoff).tolist()
+    steps = _steps(description, record).tolist()
+    selection = select(wiring, None)
+    with (
+        unpacked(component.fmu) as directory,
+        FmuInstance(name, description, directory, driven, [v for _, v in selection.values()]) as instance,
+    ):
+        recorder = Recorder(selection, {name: instance}, len(rows))
+        ports = [instance.port(variable, "inputs") for variable in driven]
+        time = record.time.tolist()
+
+        def set_row(k: int) -> None:
+            for (buffer, i), value in zip(ports, rows[k], strict=True):
+                buffer[i] = value
+            instance.set_inputs(time[k])
+
+        try:
+            instance.set_start_values(component.parameters)
+            instance.enter_initialization(time[0], None)
+            set_row(0)
+            instance.exit_initialization(time[0])
+            instance.get_outputs(time[0])
+            recorder.store(time[0])
+            with interruptible() as interrupted:
+                for k, dt in enumerate(steps):
+                    set_row(k + 1)
+                    instance.step(time[k], dt)
+                    instance.get_outputs(time[k + 1])
+                    recorder.store(time[k + 1])
+                    if interrupted():
+                        raise SimulationInterrupted(_in_si(recorder.trajectory("interrupted")))
+            return _in_si(recorder.finished())
+        except FmuFailure as failure:
+            raise SimulationStopped(str(failure), _in_si(recorder.trajectory(str(failure)))) from failure
+
+
+def agreement(time: FloatArray, columns: Mapping[str, FloatArray], record: Record) -> dict[str, Agreement]:
+    """Compare simulated channels with those of the same name in the record, row by row.
+
+    Raises
+    ------
+    InputError
+        If the rows differ in number.
+    """
+    if time.size != record.time.size:
+        raise InputError(f"{time.size} simulated rows for {record.time.size} of {record.name} -- expected as many")
+    found = {}
+    for name, simulated in columns.items():
+        if name in record.columns:
+            error = simulated - record.columns[name]
+            rmse, spread = float(np.sqrt(np.mean(error**2))), float(np.std(record.columns[name]))
+            nrmse = rmse / spread if spread > 0.0 else np.inf
+            found[name] = Agreement(record.units[name], rmse, float(np.ptp(error)), nrmse)
+    return found
+
+
+def _alone(name: str, fmu: Path, record: Record, parameters: Mapping[str, Value]) -> System:
+    """Return a system of this FMU; inputs that the record will drive count as given."""
+    driven = {p.name: p.start or 0 for p in describe(fmu).inputs if p.kind == "Real"}
+    return System((Component(name, fmu, {**driven, **parameters}),), (), record.name)
+
+
+@dataclass(frozen=True)
+class _Inputs:
+    """What `kernel_inputs` asks of a kernel."""
+
+    inputs: tuple[Variable, ...]
+
+
+def _rows(description: Description, driven: list[str], record: Record, cutoff: float | None) -> FloatArray:
+    variables = []
+    for name in driven:
+        port = description.ports[name]
+        if port.kind != "Real":
+            raise InputError(
+                f"input {name} of {description.path.name} is {port.fmi_type} -- expected Real inputs in a replay -- "
+                f"give it a constant with --set {name}=..."
+            )
+        unit = port.unit or record.units.get(name, "1")
+        variables.append(Variable(name, name, float, 0.0, Quantity(unit, "")))
+    values: Any = kernel_inputs(record, _Inputs(tuple(variables)), cutoff).values  # pyright: ignore[reportArgumentType]
+    for column, variable in enumerate(variables):
+        unit = unit_to_si(variable.quantity.unit)
+        if (unit.factor, unit.offset) != (1.0, 0.0):
+            values[:, column] = (values[:, column] - unit.offset) / unit.factor
+    return values
+
+
+def _steps(description: Description, record: Record) -> FloatArray:
+    steps = np.diff(record.time)
+    if description.variable_step:
+        return steps
+    step = float(record.time[-1] - record.time[0]) / steps.size
+    worst = int(np.argmax(abs(steps - step)))
+    if abs(steps[worst] - step) > 1e-3 * step:
+        raise InputError(
+            f"{description.path.name} needs equal steps, {record.name} has {steps[worst]:g} s at t = "
+            f"{record.time[worst]:g} s among steps of {step:g} s -- expected even sampling -- resample the log"
+        )
+    return np.full(steps.size, step)
+
+
+def _in_si(run: Trajectory) -> Trajectory:
+    columns, units = {}, {}
+    for address, values in run.columns.items():
+        name = address.partition(".")[2]
+        try:
+            unit = unit_to_si(run.units[address])
+        except InputError:  # an FMU's own unit that pint does not know stays as it is
+            columns[name], units[name] = values, run.units[address]
+            continue
+        columns[name] = values if (unit.factor, unit.offset) == (1.0, 0.0) else values * unit.factor + unit.offset
+        units[name] = unit.si
+    return Trajectory(run.time, columns, units, run.incomplete, run.messages)

@@ -1,0 +1,71 @@
+"""What a co-simulation recorded, and its file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..models.contract import InputError
+from ..record import write_record
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Recorded signals of one run.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Time [s].
+    columns : mapping of str to ndarray, shape (n,)
+        By ``component.variable`` (by variable for a single FMU), in the unit that the FMU declares.
+    units : mapping of str to str
+        Unit of each column; ``1`` where the FMU declares none.
+    incomplete : str
+        Why the run stopped early; empty if it did not.
+    messages : tuple of str
+        What the FMUs logged above the status OK.
+    """
+
+    time: NDArray[np.float64]
+    columns: Mapping[str, NDArray[Any]]
+    units: Mapping[str, str]
+    incomplete: str = ""
+    messages: tuple[str, ...] = ()
+
+
+class SimulationStopped(InputError):
+    """A co-simulation that stopped early; `trajectory` has the rows until then."""
+
+    def __init__(self, message: str, trajectory: Trajectory) -> None:
+        super().__init__(message)
+        self.trajectory = trajectory
+
+
+class SimulationInterrupted(KeyboardInterrupt):
+    """Ctrl-C during a co-simulation; `trajectory` has the rows until then."""
+
+    def __init__(self, trajectory: Trajectory) -> None:
+        super().__init__("interrupted")
+        self.trajectory = trajectory
+
+
+def write_trajectory(path: Path, trajectory: Trajectory) -> Path:
+    """Write CSV (also .gz) or Parquet with header cells ``name [unit]``; return the path written.
+
+    An incomplete run is marked in the file name: ``results.csv`` becomes ``results.incomplete.csv``.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    if trajectory.incomplete:
+        stem, dot, rest = path.name.partition(".")
+        path = path.with_name(f"{stem}.incomplete{dot}{rest}")
+    return write_record(path, trajectory.time, trajectory.columns, trajectory.units)

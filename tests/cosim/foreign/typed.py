@@ -1,0 +1,25 @@
+"""Integer, Boolean and String ports: counts up, inverts, greets."""
+
+from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Integer, String
+
+
+class Typed(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.n, self.flag, self.text = 0, False, "a"
+        self.n_next, self.inverse, self.greeting = 0, True, ""
+        for kind, name, start in ((Integer, "n", 0), (Boolean, "flag", False), (String, "text", "a")):
+            self.register_variable(kind(name, causality=Fmi2Causality.input, start=start))
+        for kind, name in ((Integer, "n_next"), (Boolean, "inverse"), (String, "greeting")):
+            self.register_variable(kind(name, causality=Fmi2Causality.output))
+
+    def do_step(self, current_time, step_size):
+        self.n_next, self.inverse, self.greeting = self.n + 1, not self.flag, self.text + "!"
+        return True
+
+    def to_xml(self, model_options=None):
+        root = super().to_xml(model_options or {})
+        root.find("CoSimulation").set("canHandleVariableCommunicationStepSize", "false")
+        for unknown in root.iterfind("ModelStructure/Outputs/Unknown"):
+            unknown.set("dependencies", "")
+        return root
