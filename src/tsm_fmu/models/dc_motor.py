@@ -1,0 +1,254 @@
+"""Brushed DC motor with gearhead and load inertia, Coulomb and viscous friction, exact in time.
+
+MSSP 2015, Section 4, drives the tendon pair with a FAULHABER 2642W024CR and bounds its voltage (Section 6,
+0-24 V; here +-u_max). omega is the speed of the gearhead output, N omega that of the motor shaft, s = sgn(omega)::
+
+    L_a di/dt = u - R_a i - k_e N omega,   |u| <= u_max                                  (1)
+    tau_m     = k_t i - b N omega - tau_c s - J_rotor N domega/dt                        (2)
+    J_load domega/dt = e N tau_m - tau_load                                              (3)
+    e = efficiency where tau_m omega > 0, 1/efficiency where the load drives the motor   (4)
+    dphi/dt   = omega                                                                    (5)
+
+tau_m is the torque that the motor gives to the gear, b and tau_c act on the motor shaft. By (4) the gear always
+takes power: of tau_m N omega it passes on the part `efficiency`, and the same part of the load's power
+when that flows back. The sign of tau_m is that of g = J_load (k_t i - b N omega - tau_c s) + J_rotor N tau_load, in
+both cases, and (2)-(3) agree where g = 0, so the motion is continuous through the change of flow.
+
+At omega = 0 friction holds the shaft, exactly, as long as::
+
+    i_- <= i <= i_+,   i_+- = (+-tau_c + tau_load e_+-/N)/k_t                            (6)
+    e_+- = 1/efficiency if +-tau_load > 0, efficiency otherwise
+
+and only the current moves, L_a di/dt = u - R_a i. While omega, and with it s, and e keep their signs, (1)-(3) are linear::
+
+    a_1 = R_a/L_a + e N^2 b/J,  a_0 = e N^2 (R_a b + k_t k_e)/(L_a J),  J = J_load + e N^2 J_rotor    (7)
+
+u and tau_load hold over the step, so each such stretch is solved in closed form, and the times at which omega, g or
+the held current reach their limits are located inside the step: there is no chatter and no limit on the step.
+
+Validity: one winding temperature, no commutation ripple, no backlash or compliance of the gearhead (the tendon's is
+far larger), b, tau_c, R_a constant.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from .contract import Preset, Quantity
+from .linear_second_order import first_fall_below_zero, response, slope_response
+
+NAME = "DcMotor"
+
+MOST_EVENTS = 100000  # in one step: only an absurdly long step reaches it
+ROUNDING = 1e-14  # relative: a current this close to the holding limit is at it
+
+
+class Params(NamedTuple):
+    R_a: Annotated[float, Quantity("ohm", "armature resistance, Eq (1); assumed", lo=0.0, open_lo=True)] = 5.78
+    L_a: Annotated[float, Quantity("H", "armature inductance, Eq (1); assumed", lo=0.0, open_lo=True, display="mH")] = (
+        550e-6
+    )
+    k_t: Annotated[float, Quantity("N.m/A", "torque constant, Eq (2); assumed", lo=0.0, open_lo=True)] = 0.0349
+    k_e: Annotated[float, Quantity("V.s/rad", "back-EMF constant, Eq (1); assumed", lo=0.0, open_lo=True)] = 0.0349
+    J_rotor: Annotated[float, Quantity("kg.m2", "rotor inertia, Eq (2); assumed", lo=0.0, open_lo=True)] = 1.1e-6
+    b: Annotated[float, Quantity("N.m.s/rad", "viscous friction at the motor shaft, Eq (2); assumed", lo=0.0)] = 2.5e-6
+    tau_c: Annotated[float, Quantity("N.m", "Coulomb friction at the motor shaft, Eq (2); assumed", lo=0.0)] = 0.002
+    gear_ratio: Annotated[float, Quantity("1", "motor speed over output speed N; assumed", lo=0.0, open_lo=True)] = 14.0
+    efficiency: Annotated[
+        float, Quantity("1", "part of the power that the gear passes on, Eq (4); assumed", lo=0.0, hi=1.0, open_lo=True)
+    ] = 0.8
+    J_load: Annotated[
+        float, Quantity("kg.m2", "inertia at the gearhead output, the load's included, Eq (3); assumed", lo=0.0)
+    ] = 2.5e-4
+    u_max: Annotated[
+        float, Quantity("V", "bound of the voltage; MSSP 2015 Section 6 prints 24 V", lo=0.0, open_lo=True)
+    ] = 24.0
+    phi_0: Annotated[float, Quantity("rad", "output angle at the start", display="deg")] = 0.0
+
+
+class State(NamedTuple):
+    phi: Annotated[float, Quantity("rad", "output angle")]
+    omega: Annotated[float, Quantity("rad/s", "output speed; exactly 0 at rest")]
+    i: Annotated[float, Quantity("A", "armature current")]
+
+
+class Inputs(NamedTuple):
+    u: Annotated[float, Quantity("V", "armature voltage")]
+    tau_load: Annotated[float, Quantity("N.m", "load torque at the gearhead output, opposes omega > 0")]
+
+
+class Outputs(NamedTuple):
+    phi: Annotated[float, Quantity("rad", "angle of the gearhead output", display="deg")]
+    omega: Annotated[float, Quantity("rad/s", "speed of the gearhead output", display="deg/s")]
+    domega: Annotated[float, Quantity("rad/s2", "acceleration of the gearhead output", display="deg/s2")]
+    i: Annotated[float, Quantity("A", "armature current")]
+
+
+PRESETS = {
+    "datasheet": Preset(
+        source=(
+            "MSSP 2015 names the motor (FAULHABER 2642W024CR, Section 4) and its 24 V (Section 6). All else is assumed: "
+            "R_a, L_a, k_t, k_e, J_rotor catalogue values of the series as quoted by others, not checked against the "
+            "maker's sheet; tau_c and b split the friction of the 6400 rpm no-load speed; a 14:1 planetary gearhead of "
+            "efficiency 0.8; J_load of two 50 mm pulleys and a second such motor as load"
+        ),
+        printed={
+            "R_a": (5.78, "ohm"),
+            "L_a": (550.0, "uH"),
+            "k_t": (34.9, "mN.m/A"),
+            "k_e": (34.9, "mV.s/rad"),
+            "J_rotor": (11.0, "g.cm2"),
+            "tau_c": (2.0, "mN.m"),
+            "gear_ratio": (14.0, "1"),
+            "efficiency": (80.0, "%"),
+            "u_max": (24.0, "V"),
+        },
+        si={},
+    )
+}
+
+
+class Motion(NamedTuple):
+    """Speed and current with their first two derivatives while (1)-(3) are linear, and Eq (7)."""
+
+    omega: float
+    domega: float
+    ddomega: float
+    i: float
+    di: float
+    ddi: float
+    a_1: float
+    a_0: float
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    s = State(p.phi_0, 0.0, 0.0)
+    return s, _outputs(p, s, _voltage(p, u), u.tau_load)
+
+
+def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+    voltage = _voltage(p, u)
+    left, phi, omega, i = dt, s.phi, s.omega, s.i
+    e = 0.0  # the flow of power is known from the second stretch on
+    for _ in range(MOST_EVENTS):
+        direction = _direction(p, voltage, u.tau_load, omega, i)
+        if direction == 0.0:
+            i, left = _held(p, voltage, u.tau_load, i, left)
+            omega, e = 0.0, 0.0
+        else:
+            if e == 0.0:
+                e = _gear_factor(p, voltage, u.tau_load, omega, i, direction)
+            motion = _motion(p, voltage, u.tau_load, omega, i, direction, e)
+            to_rest, to_change = _events(p, motion, u.tau_load, direction, e, left)
+            t = min(to_rest, to_change, left)
+            response_of_slope, its_integral = slope_response(motion.a_1, motion.a_0, t)
+            phi += _travel(motion, t, response_of_slope, its_integral)
+            i += motion.di * response_of_slope + (motion.ddi + motion.a_1 * motion.di) * its_integral
+            omega += motion.domega * response_of_slope + (motion.ddomega + motion.a_1 * motion.domega) * its_integral
+            if t == to_rest:
+                omega, e = 0.0, 0.0
+            elif t == to_change:
+                e = 1.0 / e
+            left -= t
+        if left <= 0.0:
+            reached = State(phi, omega, i)
+            return reached, _outputs(p, reached, voltage, u.tau_load)
+    raise ValueError("DcMotor reverses more often in one step than can be followed -- make the step shorter")
+
+
+def _voltage(p: Params, u: Inputs) -> float:
+    return min(max(u.u, -p.u_max), p.u_max)  # (1)
+
+
+def _outputs(p: Params, s: State, voltage: float, tau_load: float) -> Outputs:
+    direction = _direction(p, voltage, tau_load, s.omega, s.i)
+    domega = 0.0
+    if direction != 0.0:
+        e = _gear_factor(p, voltage, tau_load, s.omega, s.i, direction)
+        domega = _motion(p, voltage, tau_load, s.omega, s.i, direction, e).domega
+    return Outputs(s.phi, s.omega, domega, s.i)
+
+
+def _holding_current(p: Params, tau_load: float, direction: float) -> float:
+    e = p.efficiency if tau_load * direction < 0.0 else 1.0 / p.efficiency
+    return (direction * p.tau_c + tau_load * e / p.gear_ratio) / p.k_t  # (6)
+
+
+def _direction(p: Params, voltage: float, tau_load: float, omega: float, i: float) -> float:
+    """Sign of the motion; at rest the sign it starts with, 0 where friction holds."""
+    if omega != 0.0:
+        return math.copysign(1.0, omega)
+    upper, lower = _holding_current(p, tau_load, 1.0), _holding_current(p, tau_load, -1.0)
+    rounding = ROUNDING * (abs(i) + abs(upper) + abs(lower))
+    change = voltage - p.R_a * i
+    if i > upper + rounding or (i >= upper - rounding and change > 0.0):
+        return 1.0
+    if i < lower - rounding or (i <= lower + rounding and change < 0.0):
+        return -1.0
+    return 0.0
+
+
+def _held(p: Params, voltage: float, tau_load: float, i: float, left: float) -> tuple[float, float]:
+    """Current after the shaft was held for as long as it is, and the time that is left then."""
+    final = voltage / p.R_a
+    limit = _holding_current(p, tau_load, 1.0 if final > i else -1.0)
+    rate = p.R_a / p.L_a
+    if (final - limit) * (final - i) > 0.0:  # the limit is passed on the way to the final current
+        t = math.log((i - final) / (limit - final)) / rate
+        if 0.0 < t < left:
+            return limit, left - t
+    return final + (i - final) * math.exp(-rate * left), 0.0
+
+
+def _gear_factor(p: Params, voltage: float, tau_load: float, omega: float, i: float, direction: float) -> float:
+    """e of Eq (4): from the sign of g, or of dg/dt where g = 0."""
+    g = _transmitted(p, omega, i, direction * p.tau_c, tau_load) * direction
+    if g == 0.0:
+        g = _motion_rate(p, _motion(p, voltage, tau_load, omega, i, direction, 1.0)) * direction
+    return p.efficiency if g >= 0.0 else 1.0 / p.efficiency
+
+
+def _transmitted(p: Params, omega: float, i: float, coulomb: float, tau_load: float) -> float:
+    n = p.gear_ratio
+    return p.J_load * (p.k_t * i - p.b * n * omega - coulomb) + p.J_rotor * n * tau_load  # g
+
+
+def _motion_rate(p: Params, motion: Motion) -> float:
+    return _transmitted(p, motion.domega, motion.di, 0.0, 0.0)  # dg/dt
+
+
+def _motion(p: Params, voltage: float, tau_load: float, omega: float, i: float, direction: float, e: float) -> Motion:
+    n = p.gear_ratio
+    inertia = p.J_load + e * n * n * p.J_rotor
+    di = (voltage - p.R_a * i - p.k_e * n * omega) / p.L_a  # (1)
+    domega = (e * n * (p.k_t * i - p.b * n * omega - direction * p.tau_c) - tau_load) / inertia  # (2), (3)
+    if omega == 0.0 and domega * direction < 0.0:
+        domega = 0.0  # starts at the holding limit, where rounding may have put it behind
+    ddi = -(p.R_a * di + p.k_e * n * domega) / p.L_a
+    ddomega = e * n * (p.k_t * di - p.b * n * domega) / inertia
+    a_1 = p.R_a / p.L_a + e * n * n * p.b / inertia  # (7)
+    a_0 = e * n * n * (p.R_a * p.b + p.k_t * p.k_e) / (p.L_a * inertia)
+    return Motion(omega, domega, ddomega, i, di, ddi, a_1, a_0)
+
+
+def _events(p: Params, motion: Motion, tau_load: float, direction: float, e: float, left: float) -> tuple[float, float]:
+    """Times at which the speed reaches 0 and at which the flow of power through the gear turns."""
+    a_1, a_0 = motion.a_1, motion.a_0
+    to_rest, to_change = math.inf, math.inf
+    if p.tau_c > 0.0 or p.efficiency < 1.0:
+        to_rest = first_fall_below_zero(
+            motion.omega * direction, motion.domega * direction, motion.ddomega * direction, a_1, a_0, left
+        )
+    if p.efficiency < 1.0:
+        side = direction if e < 1.0 else -direction
+        g = _transmitted(p, motion.omega, motion.i, direction * p.tau_c, tau_load)
+        dg = _motion_rate(p, motion)
+        ddg = _transmitted(p, motion.ddomega, motion.ddi, 0.0, 0.0)
+        to_change = first_fall_below_zero(g * side, dg * side, ddg * side, a_1, a_0, left)
+    return to_rest, to_change
+
+
+def _travel(motion: Motion, t: float, response_of_slope: float, its_integral: float) -> float:
+    """Integral of omega: omega_inf t + (omega - omega_inf)(E + a_1 G) + domega G."""
+    apart = -(motion.ddomega + motion.a_1 * motion.domega) / motion.a_0  # omega - omega_inf
+    steady = motion.omega - apart
+    return steady * t + apart * (response_of_slope + motion.a_1 * its_integral) + motion.domega * its_integral  # (5)
