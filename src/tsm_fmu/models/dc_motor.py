@@ -83,6 +83,8 @@ class Outputs(NamedTuple):
     i: Annotated[float, Quantity("A", "armature current")]
 
 
+DEPENDS = {"phi": (), "omega": (), "domega": ("u", "tau_load"), "i": ()}  # the states do not follow at once
+
 PRESETS = {
     "datasheet": Preset(
         source=(
