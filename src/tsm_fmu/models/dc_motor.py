@@ -19,7 +19,7 @@ At omega = 0 friction holds the shaft, exactly, as long as::
     i_- <= i <= i_+,   i_+- = (+-tau_c + tau_load e_+-/N)/k_t                            (6)
     e_+- = 1/efficiency if +-tau_load > 0, efficiency otherwise
 
-and only the current moves, L_a di/dt = u - R_a i. While omega, and with it s, and e keep their signs, (1)-(3) are linear::
+and only the current moves, L_a di/dt = u - R_a i. While omega keeps its sign and e its value, (1)-(3) are linear::
 
     a_1 = R_a/L_a + e N^2 b/J,  a_0 = e N^2 (R_a b + k_t k_e)/(L_a J),  J = J_load + e N^2 J_rotor    (7)
 
@@ -34,7 +34,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from .contract import Preset, Quantity
-from .linear_second_order import first_fall_below_zero, response, slope_response
+from .linear_second_order import first_fall_below_zero, slope_response
 
 NAME = "DcMotor"
 
@@ -88,7 +88,7 @@ DEPENDS = {"phi": (), "omega": (), "domega": ("u", "tau_load"), "i": ()}  # the 
 PRESETS = {
     "datasheet": Preset(
         source=(
-            "MSSP 2015 names the motor (FAULHABER 2642W024CR, Section 4) and its 24 V (Section 6). All else is assumed: "
+            "MSSP 2015 names the motor (FAULHABER 2642W024CR, Section 4) and 24 V (Section 6). All else is assumed: "
             "R_a, L_a, k_t, k_e, J_rotor catalogue values of the series as quoted by others, not checked against the "
             "maker's sheet; tau_c and b split the friction of the 6400 rpm no-load speed; a 14:1 planetary gearhead of "
             "efficiency 0.8; J_load of two 50 mm pulleys and a second such motor as load"
@@ -202,7 +202,7 @@ def _held(p: Params, voltage: float, tau_load: float, i: float, left: float) -> 
 
 
 def _gear_factor(p: Params, voltage: float, tau_load: float, omega: float, i: float, direction: float) -> float:
-    """e of Eq (4): from the sign of g, or of dg/dt where g = 0."""
+    """Factor e of Eq (4), from the sign of g, or of dg/dt where g = 0."""
     g = _transmitted(p, omega, i, direction * p.tau_c, tau_load) * direction
     if g == 0.0:
         g = _motion_rate(p, _motion(p, voltage, tau_load, omega, i, direction, 1.0)) * direction
