@@ -96,6 +96,11 @@ class Kernel:
         if joint is not None:
             joint(p)
 
+    def warnings(self, p: Any) -> tuple[str, ...]:
+        """Say what a user should know about allowed parameters, one line each."""
+        about = getattr(self.module, "warnings", None)
+        return about(p) if about is not None else ()
+
     @cached_property
     def _compiled(self) -> CompiledKernel:
         return compile_kernel(self.module)

@@ -1,9 +1,26 @@
 """The models, one file each. `MODELS` is the registry: tests, FMU build and command line iterate over it."""
 
-from . import dc_motor, paired_tsm_backlash, pid_controller, reference_signal, rotational_load, sum
+from . import (
+    dc_motor,
+    distal_estimator,
+    feedforward_compensator,
+    lugre_friction,
+    paired_tsm_backlash,
+    paired_tsm_friction,
+    pid_controller,
+    reference_signal,
+    rotational_load,
+    sum,
+    tendon_drive,
+)
 
 MODELS = (
+    paired_tsm_friction,
     paired_tsm_backlash,
+    feedforward_compensator,
+    lugre_friction,
+    tendon_drive,
+    distal_estimator,
     dc_motor,
     pid_controller,
     rotational_load,

@@ -13,6 +13,8 @@ Rate independent and exact for any step that does not turn inside. |x_h| <= max(
 
 import math
 
+from .contract import InputError
+
 
 def hysteresis_after(x_h: float, dx_in: float, beta: float, alpha: float) -> float:
     """Hysteresis part after the input moved monotonically by ``dx_in``, Eq (10a).
@@ -32,3 +34,12 @@ def hysteresis_after(x_h: float, dx_in: float, beta: float, alpha: float) -> flo
         return x_h
     asymptote = math.copysign(beta / alpha, beta * dx_in) if beta != 0.0 else 0.0
     return asymptote + (x_h - asymptote) * math.exp(-alpha * abs(dx_in))
+
+
+def check_slopes(c: float, beta: float) -> None:
+    """Raise `InputError` unless 0 < B = c + beta (B > 0 and B < c, below Eq (10); beta < 0 is a declared bound)."""
+    if c + beta <= 0.0:
+        raise InputError(
+            f"beta = {beta!r} with c = {c!r} gives B = c + beta = {c + beta!r} -- expected B > 0 "
+            "(MSSP 2015, below Eq (10)) -- raise beta above -c"
+        )

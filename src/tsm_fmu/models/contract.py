@@ -6,6 +6,10 @@ pure functions on them::
     start(p, u)        -> (state, outputs)   at the first input: motion starts there, no jump from zero
     step(p, s, u, dt)  -> (state, outputs)   inputs hold over the step, outputs are those at its end
     check(p)           -> None               joint conditions on the parameters; optional
+    warnings(p)        -> (str, ...)         what a user should know about allowed parameters; optional
+
+``warnings`` is for parameters that simulate but bite: one line each, ``what (value) -- consequence -- what to do``.
+It runs once at construction; an FMU logs the lines, the command line prints them, nothing is refused.
 
 Each field is declared once, ``name: Annotated[float, Quantity(unit, meaning, ...)] = default``; FMU
 variables, documentation, identification bounds and the command line derive from that declaration.
@@ -79,8 +83,8 @@ class Preset(NamedTuple):
 def variables(fields: Any) -> tuple[Variable, ...]:
     """List the declared variables of a named-tuple class in field order.
 
-    A trailing underscore of a field name (``lambda_``) is not part of the public name. A field
-    without a default starts at 0.
+    A trailing underscore of a field name (``lambda_``) is not part of the public name, and a double
+    one inside it (``load_dependence__k``) is its dot. A field without a default starts at 0.
 
     Raises
     ------
@@ -95,7 +99,7 @@ def variables(fields: Any) -> tuple[Variable, ...]:
             raise TypeError(f"{fields.__qualname__}.{field} is not Annotated[type, Quantity(...)]")
         kind, quantity = get_args(hint)[:2]
         start = kind(fields._field_defaults.get(field, 0))
-        found.append(Variable(field.rstrip("_"), field, kind, start, quantity))
+        found.append(Variable(field.rstrip("_").replace("__", "."), field, kind, start, quantity))
     return tuple(found)
 
 

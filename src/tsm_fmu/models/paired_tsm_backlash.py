@@ -18,10 +18,11 @@ B >= c/2: the published set (B = 0.08363) does so. Simulation accepts it, the in
 
 from typing import Annotated, NamedTuple
 
-from .coleman_hodgdon import hysteresis_after
-from .contract import InputError, Preset, Quantity
+from .coleman_hodgdon import check_slopes, hysteresis_after
+from .contract import Preset, Quantity
 
 NAME = "PairedTsmBacklash"
+MOTION = "x_in"
 
 
 class Params(NamedTuple):
@@ -58,12 +59,8 @@ PRESETS = {
 
 
 def check(p: Params) -> None:
-    """Raise `InputError` unless 0 < B = c + beta (the paper's B > 0 and B < c)."""
-    if p.c + p.beta <= 0.0:
-        raise InputError(
-            f"beta = {p.beta!r} with c = {p.c!r} gives B = c + beta = {p.c + p.beta!r} -- expected B > 0 "
-            "(MSSP 2015, below Eq (10)) -- raise beta above -c"
-        )
+    """Raise `InputError` unless 0 < B = c + beta."""
+    check_slopes(p.c, p.beta)
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:

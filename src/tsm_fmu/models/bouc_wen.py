@@ -1,0 +1,94 @@
+"""Normalised Bouc-Wen hysteresis: zeta after a travel in one direction.
+
+MSSP 2015 Eq (6) with w frozen (IFToMM 2013 Eqs (2), (4) with rho = k/F_f)::
+
+    dzeta/dt = rho (w - sigma |w| |zeta|^(n-1) zeta + (sigma - 1) w |zeta|^n)           (6)
+
+Along travel q = rho int |w| dt of direction s, with y = s zeta::
+
+    dy/dq = 1 - kappa |y|^n,    kappa = 1 for y >= 0,  -(2 sigma - 1) for y < 0         (6a)
+
+so zeta depends on the path only, moves towards s and never past it: |zeta| <= max(1, |zeta0|) for
+sigma >= 1/2, n >= 1. Travel is a hypergeometric function of y that has no elementary inverse except for n = 1 and 2.
+So, on each side of 0:
+
+* within `_NEAR` of 0, where |y|^n is not smooth: the series of travel over y and of its inverse, four terms each::
+
+    q = y sum (kappa |y|^n)^j/(1 + j n),    y = q sum c_j (kappa |q|^n)^j               (6b)
+
+* elsewhere the classical Runge-Kutta method, order 4, in sub-steps of at most `_RESOLUTION` of the local length
+  1/|d(dy/dq)/dy|, held on its side of 1 where the exact solution stays;
+* within 1e-8 of 1 the exponential approach exp(-n q).
+
+Bounded for any step; error below 1e-8 of the exact solution whatever the step (test).
+"""
+
+import math
+
+_NEAR = 0.03
+_RESOLUTION = 0.0625
+
+
+def bouc_wen_after(zeta: float, travel: float, sigma: float, n: float) -> float:
+    """State after ``travel`` = rho int w dt (signed, one direction), Eq (6).
+
+    Parameters
+    ----------
+    zeta : float
+        State before [1].
+    travel : float
+        rho w dt [1].
+    sigma, n : float
+        Shape; sigma >= 1/2 and n >= 1 [1].
+
+    Raises
+    ------
+    ValueError
+        If the state is beyond a million times its limit.
+    """
+    if travel == 0.0:
+        return zeta
+    if not abs(zeta) < 1e6:
+        raise ValueError("Bouc-Wen state beyond 1e6 -- expected about 1 -- the friction level has all but vanished")
+    s = math.copysign(1.0, travel)
+    return s * _advanced(s * zeta, abs(travel), 2.0 * sigma - 1.0, n)
+
+
+def _advanced(y: float, q: float, unload: float, n: float) -> float:
+    """Solution of Eq (6a) after travel ``q``; ``unload`` is 2 sigma - 1."""
+    near = _NEAR / max(1.0, unload)
+    while q > 0.0:
+        if abs(1.0 - y) < 1e-8:
+            return 1.0 + (y - 1.0) * math.exp(-n * q)
+        distance = abs(y)
+        if distance <= near:
+            h = min(q, near)
+            y = _from_zero(_travel_from_zero(y, unload, n) + h, unload, n)  # (6b)
+        else:
+            kappa = 1.0 if y > 0.0 else -unload
+            power = distance**n
+            k1 = 1.0 - kappa * power
+            steepness = n * max(1.0, abs(kappa) * max(1.0, power / distance))
+            h = min(q, 0.5 * distance if y > 0.0 else 0.5 * distance / k1, _RESOLUTION / steepness)
+            k2 = 1.0 - kappa * abs(y + 0.5 * h * k1) ** n  # (6a)
+            k3 = 1.0 - kappa * abs(y + 0.5 * h * k2) ** n
+            k4 = 1.0 - kappa * abs(y + h * k3) ** n
+            after = y + h * (k1 + 2.0 * (k2 + k3) + k4) / 6.0
+            y = max(1.0, after) if y > 1.0 else min(1.0, after)
+        q -= h
+    return y
+
+
+def _travel_from_zero(y: float, unload: float, n: float) -> float:
+    """Signed travel from 0 to a small ``y``, Eq (6b)."""
+    t = (1.0 if y > 0.0 else -unload) * abs(y) ** n
+    return y * (1.0 + t * (1.0 / (1.0 + n) + t * (1.0 / (1.0 + 2.0 * n) + t / (1.0 + 3.0 * n))))
+
+
+def _from_zero(q: float, unload: float, n: float) -> float:
+    """Inverse of `_travel_from_zero`, Eq (6b); its c_j follow from putting the series into Eq (6a)."""
+    t = (1.0 if q > 0.0 else -unload) * abs(q) ** n
+    c1 = -1.0 / (1.0 + n)
+    c2 = -n * c1 / (1.0 + 2.0 * n)
+    c3 = -(n * c2 + 0.5 * n * (n - 1.0) * c1 * c1) / (1.0 + 3.0 * n)
+    return q * (1.0 + t * (c1 + t * (c2 + t * c3)))
