@@ -180,18 +180,22 @@ class KernelSlave(Fmi2Slave):
         }
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
-        if not isinstance(state, dict) or state.get("guid") != self.guid_built:
-            self._fault = (
-                "FMU state of another model or damaged -- expected one saved by this FMU -- reset the instance"
-            )
+        try:
+            if state["guid"] != self.guid_built:
+                raise ValueError(f"it is of guid {state['guid']}")
+            real = dict(zip(self._real, state["real"], strict=True))
+            integer = dict(zip(self._integer, state["integer"], strict=True))
+            inner = None if state["state"] is None else self.kernel.State(*state["state"])
+            rest = [state[key] for key in ("time", "running", "stale", "slack_told", "not_started", "fault")]
+        except (KeyError, TypeError, ValueError) as failure:
+            self._fault = f"FMU state is foreign or damaged ({failure}) -- expected one saved by this FMU -- reset it"
             self._tell(self._fault)
             return
-        for store, saved in ((self._real, state["real"]), (self._integer, state["integer"])):
-            store.update(zip(store, saved, strict=True))
-        self._time, self._running, self._stale = state["time"], state["running"], state["stale"]
-        self._slack_told, self._not_started, self._fault = state["slack_told"], state["not_started"], state["fault"]
+        self._real.update(real)  # in place: input and output cells hold on to the stores
+        self._integer.update(integer)
+        self._state = inner
+        self._time, self._running, self._stale, self._slack_told, self._not_started, self._fault = rest
         self._params = self.kernel.Params(*self._values(self._is_parameter))
-        self._state = None if state["state"] is None else self.kernel.State(*state["state"])
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:

@@ -1,0 +1,118 @@
+"""The archive: what is in it, that equal content gives equal bytes, and what is refused."""
+
+import ast
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from tsm_fmu import InputError
+from tsm_fmu.fmu.build import build_fmu, needed_sources
+from tsm_fmu.kernel import kernel
+from tsm_fmu.models import MODELS
+
+NAME = "PairedTsmBacklash"
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory) -> Path:
+    return build_fmu(kernel(NAME), tmp_path_factory.mktemp("build"))
+
+
+def files_of(path: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def guid_of(path: Path) -> str:
+    return files_of(path)["modelDescription.xml"].decode().partition('guid="')[2].partition('"')[0]
+
+
+@pytest.mark.parametrize("seed", ["0", "731"])
+def test_a_build_in_another_process_gives_the_same_bytes(fmu, tmp_path, seed):
+    code = (
+        "import sys, pathlib; from tsm_fmu.kernel import kernel; from tsm_fmu.fmu.build import build_fmu;"
+        f"build_fmu(kernel({NAME!r}), pathlib.Path(sys.argv[1]))"
+    )
+    environment = {"PYTHONHASHSEED": seed, "TZ": "Asia/Kathmandu", "PATH": ""}
+    subprocess.run([sys.executable, "-c", code, tmp_path], check=True, env=environment, cwd=tmp_path)
+    assert (tmp_path / f"{NAME}.fmu").read_bytes() == fmu.read_bytes()
+
+
+def test_the_file_name_does_not_change_the_content(fmu, tmp_path):
+    assert build_fmu(kernel(NAME), tmp_path / "another.fmu").read_bytes() == fmu.read_bytes()
+
+
+def test_start_values_and_name_change_the_guid(fmu, tmp_path):
+    fitted = build_fmu(kernel(NAME), tmp_path / "a.fmu", start_values={"alpha": 9.75})
+    renamed = build_fmu(kernel(NAME), tmp_path / "b.fmu", name="Wrist")
+    assert len({guid_of(fmu), guid_of(fitted), guid_of(renamed)}) == 3
+    assert 'modelName="Wrist"' in files_of(renamed)["modelDescription.xml"].decode()
+    assert "binaries/linux64/Wrist.so" in files_of(renamed)
+
+
+def test_start_values_equal_to_the_defaults_are_the_same_fmu(fmu, tmp_path):
+    same = build_fmu(kernel(NAME), tmp_path, start_values={"alpha": 10.1062, "c": 1.00056})
+    assert same.read_bytes() == fmu.read_bytes()
+
+
+def test_archive_is_deflated_and_undated(fmu):
+    with zipfile.ZipFile(fmu) as archive:
+        for info in archive.infolist():
+            assert info.date_time == (1980, 1, 1, 0, 0, 0)
+            assert info.compress_type == zipfile.ZIP_DEFLATED
+    assert fmu.stat().st_size < 0.5 * sum(map(len, files_of(fmu).values()))
+
+
+def test_module_names_carry_the_tag_of_the_content(fmu):
+    tag = guid_of(fmu).replace("-", "")[:12]
+    assert files_of(fmu)["resources/slavemodule.txt"].decode() == f"{NAME}_{tag}"
+    tops = {name.split("/")[1] for name in files_of(fmu) if name.startswith("resources/")}
+    assert tops == {"slavemodule.txt", f"{NAME}_{tag}.py", f"tsm_fmu_{tag}"}
+
+
+@pytest.mark.parametrize("module", MODELS, ids=lambda m: m.NAME)
+def test_kernel_files_import_the_standard_library_and_each_other_only(module):
+    for name, text in needed_sources(module).items():
+        assert name.startswith(("tsm_fmu.models.", "tsm_fmu.effects."))
+        absolute = {n.module for n in ast.walk(ast.parse(text)) if isinstance(n, ast.ImportFrom) and not n.level}
+        plain = {a.name for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Import) for a in n.names}
+        assert absolute | plain <= {"math", "typing"}, name
+
+
+def test_only_the_needed_files_are_packed(fmu):
+    packed = {Path(n).name for n in files_of(fmu) if "/models/" in n}
+    assert packed == {"__init__.py", "contract.py", "coleman_hodgdon.py", "paired_tsm_backlash.py"}
+
+
+def test_no_path_of_this_machine_is_packed(fmu):
+    home = str(Path(__file__).parents[2]).encode()
+    assert not [name for name, data in files_of(fmu).items() if home in data]
+
+
+@pytest.mark.parametrize("name", ["a b", "1st", "x-y", "größe", "class", "../x"])
+def test_a_name_that_is_no_identifier_is_refused(tmp_path, name):
+    with pytest.raises(InputError, match=r"^FMU name '.*' -- expected letters, digits and underscores"):
+        build_fmu(kernel(NAME), tmp_path, name=name)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"gain": 1.0}, "parameter 'gain' of PairedTsmBacklash -- expected one of c, beta"),
+        ({"alpha": -2.5}, r"parameter alpha = -2\.5 1/rad"),
+        ({"beta": -1.75}, r"beta = -1\.75 with c"),
+    ],
+)
+def test_start_values_are_checked(tmp_path, values, message):
+    with pytest.raises(InputError, match=message):
+        build_fmu(kernel(NAME), tmp_path, start_values=values)
+
+
+def test_a_file_in_the_way_is_reported(tmp_path):
+    (tmp_path / "taken").write_text("")
+    with pytest.raises(InputError, match=r"FMU .*taken/x\.fmu cannot be written \(.*\) -- expected a writable folder"):
+        build_fmu(kernel(NAME), tmp_path / "taken" / "x.fmu")

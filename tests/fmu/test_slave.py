@@ -1,0 +1,286 @@
+"""The slave class by itself, without library and archive: what it answers and what it logs."""
+
+import json
+import math
+import re
+from types import ModuleType
+
+import pytest
+from pythonfmu.enums import Fmi2Status
+
+from tsm_fmu.fmu.slave import KernelSlave
+from tsm_fmu.models import paired_tsm_backlash
+
+PARAMETERS = {"c": 0, "beta": 1, "alpha": 2, "x_0": 3, "x_h_0": 4}
+X_IN, X_OUT, X_H = 5, 6, 7
+HALF = b'{"guid": "5f0c7b3a-0000-4000-8000-000000000000", "real": [1.0, 2.0], "integer": []}'
+
+
+class PairedTsmBacklash(KernelSlave):
+    kernel = paired_tsm_backlash
+    guid_built = "5f0c7b3a-0000-4000-8000-000000000000"
+
+
+def fresh(kernel: ModuleType = paired_tsm_backlash) -> KernelSlave:
+    return type("Slave", (PairedTsmBacklash,), {"kernel": kernel})(instance_name="one", resources=None)
+
+
+def started(**parameters: float) -> KernelSlave:
+    slave = fresh()
+    slave.setup_experiment(0.0, None, None)
+    slave.enter_initialization_mode()
+    for name, value in parameters.items():
+        slave.set_real([PARAMETERS[name]], [value])
+    slave.exit_initialization_mode()
+    return slave
+
+
+def said(slave: KernelSlave) -> str:
+    return "\n".join(message.msg for message in slave.log_queue)
+
+
+def move(slave: KernelSlave, steps: int, first: int = 0) -> list[float]:
+    """Outputs over a wandering input with turns inside; step ``first`` is at its own time."""
+    found = []
+    for n in range(first, first + steps):
+        slave.set_real([X_IN], [0.31 * math.sin(0.37 * n) + 0.043 * math.sin(1.9 * n)])
+        assert slave.do_step(slave._time, 0.013)
+        found += slave.get_real([X_OUT, X_H])
+    return found
+
+
+def test_outputs_follow_inputs_and_parameters_in_initialisation_mode():
+    slave = fresh()
+    slave.enter_initialization_mode()
+    slave.set_real([X_IN], [0.2])
+    assert slave.get_real([X_OUT]) == [1.00056 * 0.2]
+    slave.set_real([PARAMETERS["c"], PARAMETERS["x_0"]], [0.95, 0.01])
+    assert slave.get_real([X_OUT]) == [0.95 * 0.2 + 0.01]
+
+
+def test_inputs_act_at_the_next_step_and_not_before():
+    slave = started()
+    before = slave.get_real([X_OUT])
+    slave.set_real([X_IN], [0.4])
+    assert slave.get_real([X_OUT]) == before
+    assert slave.do_step(0.0, 0.01)
+    assert slave.get_real([X_OUT]) != before
+
+
+def test_first_input_is_where_the_motion_starts():
+    slave = fresh()
+    slave.set_real([X_IN], [0.7])
+    slave.exit_initialization_mode()
+    assert slave.do_step(0.0, 0.01)
+    assert slave.get_real([X_H]) == [0.0]
+
+
+@pytest.mark.parametrize(
+    ("parameters", "expected"),
+    [
+        ({"alpha": -3.25}, "parameter alpha = -3.25 1/rad .* a value in \\(0, inf\\)"),
+        ({"c": math.nan}, "parameter c = nan"),
+        ({"beta": -1.3}, "beta = -1.3 with c = 1.00056 gives B = c \\+ beta = -0\\.29944.* -- expected B > 0"),
+    ],
+)
+def test_parameters_out_of_bounds_stop_the_instance_with_their_value(parameters, expected):
+    slave = started(**parameters)
+    assert re.search(expected, said(slave)), said(slave)
+    assert slave.log_queue[-1].status == Fmi2Status.error
+    assert all(math.isnan(y) for y in slave.get_real([X_OUT, X_H]))
+    assert slave.do_step(0.0, 0.01) is False
+    assert re.search(expected, slave.log_queue[-1].msg)
+
+
+def test_a_wrong_parameter_can_be_corrected_before_initialisation_ends():
+    slave = fresh()
+    slave.set_real([PARAMETERS["alpha"]], [-1.0])
+    assert math.isnan(slave.get_real([X_OUT])[0])
+    slave.set_real([PARAMETERS["alpha"]], [4.0])
+    slave.exit_initialization_mode()
+    assert slave.do_step(0.0, 0.01)
+
+
+def test_a_parameter_is_fixed_after_initialisation():
+    slave = started()
+    slave.set_real([PARAMETERS["alpha"]], [3.5])
+    assert "variable alpha set to 3.5 -- it is fixed after initialisation" in said(slave)
+    assert slave.get_real([PARAMETERS["alpha"]]) == [10.1062]
+    assert slave.do_step(0.0, 0.01) is False
+
+
+@pytest.mark.parametrize(
+    ("time", "step", "expected"),
+    [
+        (0.0, 0.0, "step size 0.0 s at t = 0.013 s"),
+        (0.013, -0.013, "step size -0.013 s"),
+        (0.013, math.nan, "step size nan s"),
+        (0.013, math.inf, "step size inf s"),
+        (math.nan, 0.013, "step from t = nan s -- expected t = 0.013 s"),
+        (0.0, 0.013, "step from t = 0.0 s -- expected t = 0.013 s, where the last step ended"),
+        (0.039, 0.013, "step from t = 0.039 s -- expected t = 0.013 s"),
+    ],
+)
+def test_wrong_times_are_refused_and_change_nothing(time, step, expected):
+    slave = started()
+    move(slave, 1)
+    if step == 0.0:
+        time = 0.013
+    before = slave._get_fmu_state()
+    assert slave.do_step(time, step) is False
+    assert expected in said(slave)
+    assert slave._get_fmu_state() == before
+    move(slave, 3, first=1)
+
+
+def test_rounding_of_the_clock_is_accepted():
+    slave = started()
+    for n in range(2000):
+        assert slave.do_step(n * 0.1, 0.1), said(slave)  # 0.1 added up differs from n * 0.1
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_an_input_that_is_not_finite_is_named_and_refused(value):
+    slave = started()
+    move(slave, 2)
+    before = slave.get_real([X_OUT, X_H])
+    slave.set_real([X_IN], [value])
+    assert slave.do_step(0.026, 0.013) is False
+    assert f"input x_in = {value!r} at t = 0.026 s -- expected a finite number" in said(slave)
+    assert slave.get_real([X_OUT, X_H]) == before
+    move(slave, 2, first=2)
+
+
+def test_an_input_that_is_not_finite_at_the_start_is_named():
+    slave = fresh()
+    slave.set_real([X_IN], [math.nan])
+    slave.exit_initialization_mode()
+    assert "input x_in = nan at the start" in said(slave)
+
+
+def failing_kernel(**functions) -> ModuleType:
+    module = ModuleType("failing")
+    module.__dict__.update({k: v for k, v in vars(paired_tsm_backlash).items() if not k.startswith("__")})
+    module.__dict__.update(functions)
+    return module
+
+
+def test_an_exception_in_the_kernel_is_logged_with_time_and_inputs_and_survived():
+    def step(p, s, u, dt):
+        if u.x_in > 0.5:
+            raise ValueError("S = 0 reached")
+        return paired_tsm_backlash.step(p, s, u, dt)
+
+    slave = fresh(failing_kernel(step=step))
+    slave.exit_initialization_mode()
+    assert slave.do_step(0.0, 0.01)
+    slave.set_real([X_IN], [0.625])
+    assert slave.do_step(0.01, 0.01) is False
+    assert "step at t = 0.01 s with Inputs(x_in=0.625) failed: S = 0 reached" in said(slave)
+    slave.set_real([X_IN], [0.25])
+    assert slave.do_step(0.01, 0.01)
+
+
+def test_an_output_that_is_not_finite_is_refused():
+    def step(p, s, u, dt):
+        state, outputs = paired_tsm_backlash.step(p, s, u, dt)
+        return state, outputs._replace(x_h=math.inf)
+
+    slave = fresh(failing_kernel(step=step))
+    slave.exit_initialization_mode()
+    assert slave.do_step(0.0, 0.01) is False
+    assert "output x_h = inf at t = 0.0 s" in said(slave)
+
+
+def test_warnings_of_the_model_are_logged_as_warnings():
+    slave = fresh(failing_kernel(warnings=lambda p: (f"alpha = {p.alpha} is steep",)))
+    slave.exit_initialization_mode()
+    assert [(m.status, m.msg) for m in slave.log_queue] == [(Fmi2Status.warning, "Slave: alpha = 10.1062 is steep")]
+
+
+def test_step_before_initialisation_is_refused():
+    slave = fresh()
+    assert slave.do_step(0.0, 0.1) is False
+    assert "call exitInitializationMode" in said(slave)
+
+
+@pytest.mark.parametrize("reference", [8, -1, 4000])
+def test_unknown_references_are_answered_and_logged(reference):
+    slave = started()
+    assert math.isnan(slave.get_real([X_IN, reference])[1])
+    assert f"value reference {reference} read as Real" in said(slave)
+    slave.set_real([reference], [1.5])
+    assert f"value reference {reference} set to 1.5" in said(slave)
+    assert slave.do_step(0.0, 0.1) is False
+
+
+@pytest.mark.parametrize(("kind", "value"), [("integer", 3), ("boolean", True), ("string", "three")])
+def test_access_with_the_wrong_type_is_answered_and_logged(kind, value):
+    slave = started()
+    assert len(getattr(slave, f"get_{kind}")([X_OUT, X_IN])) == 2
+    assert f"variable x_out read as {kind.capitalize()} -- expected a variable of that type" in said(slave)
+    getattr(slave, f"set_{kind}")([X_IN], [value])
+    assert f"variable x_in set to {value!r} -- expected an input or parameter of this type" in said(slave)
+
+
+def test_outputs_cannot_be_set():
+    slave = fresh()
+    slave.set_real([X_OUT], [1.0])
+    assert "variable x_out set to 1.0" in said(slave)
+
+
+def test_state_restored_inside_a_loop_repeats_to_the_last_bit():
+    slave = started(alpha=7.31)
+    move(slave, 23)
+    saved = slave._fmu_state_to_bytes(slave._get_fmu_state())
+    onward = move(slave, 40, first=23)
+    slave._set_fmu_state(slave._fmu_state_from_bytes(saved))
+    assert move(slave, 40, first=23) == onward
+    other = started()  # another instance, other parameters: the state brings its own
+    other._set_fmu_state(slave._fmu_state_from_bytes(saved))
+    assert move(other, 40, first=23) == onward
+
+
+def test_a_saved_state_does_not_follow_the_instance():
+    slave = started()
+    saved = slave._get_fmu_state()
+    before = json.dumps(saved)
+    move(slave, 5)
+    assert json.dumps(saved) == before
+
+
+def test_state_saved_in_initialisation_mode():
+    slave = fresh()
+    slave.set_real([X_IN], [0.3])
+    saved = slave._get_fmu_state()
+    slave.exit_initialization_mode()
+    first = move(slave, 9)
+    slave._set_fmu_state(saved)
+    slave.exit_initialization_mode()
+    assert move(slave, 9) == first
+
+
+@pytest.mark.parametrize("damaged", [b"", b"{", b"[1, 2]", b"{}", b"\xff\xfe", b'{"guid": "another"}', HALF])
+def test_a_damaged_or_foreign_state_is_refused(damaged):
+    slave = started()
+    slave._set_fmu_state(slave._fmu_state_from_bytes(damaged))
+    assert "FMU state is foreign or damaged" in said(slave)
+    assert slave.do_step(0.0, 0.1) is False
+
+
+def test_a_fault_ends_when_an_earlier_state_is_set():
+    slave = started()
+    saved = slave._get_fmu_state()
+    slave.set_real([PARAMETERS["c"]], [2.0])
+    assert slave.do_step(0.0, 0.1) is False
+    slave._set_fmu_state(saved)
+    assert slave.do_step(0.0, 0.1)
+
+
+def test_a_foreign_model_description_is_noticed(tmp_path):
+    (tmp_path / "resources").mkdir()
+    (tmp_path / "modelDescription.xml").write_text('<fmiModelDescription guid="other"/>')
+    slave = PairedTsmBacklash(instance_name="one", resources=str(tmp_path / "resources"))
+    assert f"guid other in modelDescription.xml -- expected {PairedTsmBacklash.guid_built}" in said(slave)
+    slave.exit_initialization_mode()
+    assert slave.do_step(0.0, 0.1) is False
