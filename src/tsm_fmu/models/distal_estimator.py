@@ -18,6 +18,9 @@ from .tendon_drive import check as check
 from .tendon_drive import warnings as warnings
 
 NAME = "DistalEstimator"
+MOTION = "x_in"
+LOAD = "tau_out"
+FRICTION_LIKE = "tau_in"
 
 
 class Inputs(NamedTuple):
@@ -42,3 +45,13 @@ def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
 
 def _outputs(p: Params, s: State, u: Inputs) -> Outputs:
     return Outputs(distal_angle(p, s), (u.tau_in - friction_torque(p, s)) / p.ratio)  # (T1), (D2)
+
+
+def friction_in(p: Params, u: Inputs, o: Outputs) -> float:
+    """Friction in the outputs, for a chain with effects."""
+    return u.tau_in - p.ratio * o.tau_out
+
+
+def with_friction(p: Params, u: Inputs, o: Outputs, f: float) -> Outputs:
+    """Outputs with the friction ``f`` instead, Eq (D2)."""
+    return Outputs(o.x_out, (u.tau_in - f) / p.ratio)

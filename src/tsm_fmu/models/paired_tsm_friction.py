@@ -29,6 +29,9 @@ from .contract import Preset, Quantity
 from .signs import held_sign, sign
 
 NAME = "PairedTsmFriction"
+MOTION = "x"
+LOAD = "tau_load"
+FRICTION_LIKE = "F"
 
 
 class Params(NamedTuple):
@@ -107,5 +110,15 @@ def _outputs(p: Params, s: State, u: Inputs) -> Outputs:
     t = math.tanh(u.v)
     k_x = 0.5 * p.k_x * (1.0 + t + (1.0 - t) * sign(u.x) * s.s_a)  # (7a)
     force = p.force_scale * (k_x * u.x + p.k_zeta * s.zeta + p.upsilon * u.v + p.F_0)  # (7), (7b)
-    torque = p.R * force
-    return Outputs(force, u.tau_in - torque, u.tau_load + torque, torque * u.v)
+    return with_friction(p, u, Outputs(force, 0.0, 0.0, 0.0), force)
+
+
+def friction_in(p: Params, u: Inputs, o: Outputs) -> float:
+    """Friction in the outputs, for a chain with effects."""
+    return o.F
+
+
+def with_friction(p: Params, u: Inputs, o: Outputs, f: float) -> Outputs:
+    """Outputs with the friction force ``f`` instead."""
+    torque = p.R * f
+    return Outputs(f, u.tau_in - torque, u.tau_load + torque, torque * u.v)

@@ -19,6 +19,9 @@ from .lugre import bristle_after, can_generate_energy, friction, stribeck
 from .velocity_filter import filtered_slope
 
 NAME = "TendonDrive"
+MOTION = "x_in"
+LOAD = "tau_out"
+FRICTION_LIKE = "tau_in"
 
 
 class Params(NamedTuple):
@@ -127,3 +130,13 @@ def friction_torque(p: Params, s: State) -> float:
     """Friction part of the drive torque, second term of Eq (T2)."""
     steady = stribeck(s.v_in, p.tau_c, p.tau_s, p.v_s) / p.sigma0
     return friction(s.z, s.v_in, steady, p.sigma0, p.sigma1, p.sigma2)  # (T2)
+
+
+def friction_in(p: Params, u: Inputs, o: Outputs) -> float:
+    """Friction in the outputs, for a chain with effects."""
+    return o.tau_in - p.ratio * u.tau_out
+
+
+def with_friction(p: Params, u: Inputs, o: Outputs, f: float) -> Outputs:
+    """Outputs with the friction ``f`` instead, Eq (T2)."""
+    return Outputs(o.x_out, o.v_in, p.ratio * u.tau_out + f)

@@ -1,0 +1,49 @@
+"""Play: the output stands still after a reversal until the gap is crossed.
+
+::
+
+    y <- clip(y_last, y - w, y + w)                                                     (1)
+
+w is half the gap; the start is in the middle of it. Limits: w = 0 changes nothing; a stroke inside the gap
+moves nothing; the lost motion is 2 w at any speed and load.
+Source: Tao and Kokotovic (1996); effects.md 1, `backlash`.
+"""
+
+from typing import Annotated, NamedTuple
+
+from ..models.contract import Quantity
+
+NAME = "backlash"
+PLACES = ("output", "input")
+SIGNATURE = "flat after reversal, width speed-independent"
+
+
+class Params(NamedTuple):
+    w: Annotated[float, Quantity("{y}", "half the gap, Eq (1)", lo=0.0)] = 0.0
+
+
+NEUTRAL = Params()
+
+
+class State(NamedTuple):
+    y: Annotated[float, Quantity("{y}", "output of the play")]
+
+
+class Inputs(NamedTuple):
+    y: Annotated[float, Quantity("{y}", "what this effect changes, before it")]
+
+
+class Outputs(NamedTuple):
+    y: Annotated[float, Quantity("{y}", "the same with this effect")]
+
+
+PRESETS = {}
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    return State(u.y), Outputs(u.y)
+
+
+def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+    y = min(max(s.y, u.y - p.w), u.y + p.w)  # (1)
+    return State(y), Outputs(y)

@@ -1,0 +1,50 @@
+"""Friction that changes with the sheath's bending angle, measured as the input Theta.
+
+::
+
+    F <- F + mu Theta |load| z                                                          (1)
+
+Limits: mu = 0 or a straight sheath changes nothing; a constant Theta is `load_dependence` with k = mu Theta.
+The linear form of exp(mu Theta). Source: capstan law; AME 2020 Eqs (14)-(16); effects.md 1, `bend_angle`.
+"""
+
+from typing import Annotated, NamedTuple
+
+from ..models.contract import Quantity
+
+NAME = "bend_angle"
+PLACES = ("friction",)
+SIGNATURE = "changes with sheath angle"
+
+
+class Params(NamedTuple):
+    mu: Annotated[float, Quantity("{F}/({load}.rad)", "friction coefficient, Eq (1)", lo=0.0)] = 0.0
+
+
+NEUTRAL = Params()
+
+
+class State(NamedTuple):
+    pass
+
+
+class Inputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "what this effect changes, before it")]
+    z: Annotated[float, Quantity("1", "presliding state")]
+    load: Annotated[float, Quantity("{load}", "load on the drive")]
+    bend: Annotated[float, Quantity("rad", "sheath angle")]
+
+
+class Outputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "the same with this effect")]
+
+
+PRESETS = {}
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    return State(), Outputs(u.y + p.mu * u.bend * abs(u.load) * u.z)
+
+
+def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+    return s, Outputs(u.y + p.mu * u.bend * abs(u.load) * u.z)  # (1)

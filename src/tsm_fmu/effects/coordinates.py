@@ -1,0 +1,52 @@
+"""The coordinates that effects see: speed, acceleration, direction and presliding state of the input motion.
+
+With dx the travel of the input in one step::
+
+    v  = speed,        first-order filtered difference quotient, or the model's own input
+    a  = acceleration, the same of v
+    s  = sgn(dx), held while dx = 0                                                     (1)
+    z  = s + (z0 - s) exp(-|dx|/x_pre), the Dahl presliding state, |z| <= 1             (2)
+"""
+
+from typing import Annotated, NamedTuple
+
+from ..models.contract import Quantity
+from ..models.lugre import bristle_after
+from ..models.signs import held_sign
+from ..models.velocity_filter import filtered_slope
+
+
+class Motion(NamedTuple):
+    """State of the coordinates."""
+
+    x: Annotated[float, Quantity("1", "input position at the end of the last step")]
+    v: Annotated[float, Quantity("1/s", "speed")]
+    a: Annotated[float, Quantity("1/s2", "acceleration")]
+    s: Annotated[float, Quantity("1", "direction of the last motion, 0 before any, Eq (1)")]
+    z: Annotated[float, Quantity("1", "presliding state, Eq (2)")]
+
+
+class MotionParams(NamedTuple):
+    """Parameters of the coordinates, shared by all effects of a chain."""
+
+    x_pre: Annotated[float, Quantity("rad", "presliding distance, Eq (2)", lo=0.0, open_lo=True, display="deg")] = 0.01
+    tau_v: Annotated[float, Quantity("s", "time constant of the speed filter", lo=0.0)] = 0.005
+    tau_a: Annotated[float, Quantity("s", "time constant of the acceleration filter", lo=0.0)] = 0.02
+
+
+class Bend(NamedTuple):
+    """Input that a chain gains with an effect of the sheath's angle."""
+
+    Theta: Annotated[float, Quantity("rad", "total bending angle of the sheath", lo=0.0, display="deg")]
+
+
+def motion_from_position(m: Motion, x: float, x_pre: float, tau_v: float, tau_a: float, dt: float) -> Motion:
+    """Coordinates after the input reached ``x``."""
+    v = filtered_slope(m.v, m.x, x, dt, tau_v)
+    a = filtered_slope(m.a, m.v, v, dt, tau_a)
+    return Motion(x, v, a, held_sign(x - m.x, m.s), bristle_after(m.z, (x - m.x) / x_pre, 1.0, 1.0))  # (1), (2)
+
+
+def motion_from_speed(m: Motion, v: float, a: float, x_pre: float, dt: float) -> Motion:
+    """Coordinates after a step at the measured speed and acceleration."""
+    return Motion(m.x + v * dt, v, a, held_sign(v, m.s), bristle_after(m.z, v / x_pre, dt, 1.0))  # (1), (2)

@@ -1,0 +1,48 @@
+"""Dry friction: a step of the force at each reversal.
+
+::
+
+    F <- F + F_c z                                                                      (1)
+
+Limits: F_c = 0 changes nothing; sliding adds F_c against the motion. Dissipative per closed cycle.
+Source: Coulomb with the Dahl presliding state; effects.md 1, `coulomb`.
+"""
+
+from typing import Annotated, NamedTuple
+
+from ..models.contract import Quantity
+
+NAME = "coulomb"
+PLACES = ("friction",)
+SIGNATURE = "step at reversal"
+
+
+class Params(NamedTuple):
+    F_c: Annotated[float, Quantity("{F}", "dry friction level, Eq (1)", lo=0.0)] = 0.0
+
+
+NEUTRAL = Params()
+
+
+class State(NamedTuple):
+    pass
+
+
+class Inputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "what this effect changes, before it")]
+    z: Annotated[float, Quantity("1", "presliding state")]
+
+
+class Outputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "the same with this effect")]
+
+
+PRESETS = {}
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    return State(), Outputs(u.y + p.F_c * u.z)
+
+
+def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+    return s, Outputs(u.y + p.F_c * u.z)  # (1)

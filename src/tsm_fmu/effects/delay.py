@@ -1,0 +1,61 @@
+"""The signal comes late by a fixed time.
+
+::
+
+    y <- y(t - T_d)                                                                     (1)
+
+The last 64 steps are kept; between two of them the signal is a straight line, before the start it is its first
+value. T_d may be at most 63 steps; more is refused, not shortened. Limits: T_d = 0 changes nothing.
+Steps of equal length are assumed inside the buffer. Source: effects.md 1, `delay`.
+"""
+
+from typing import Annotated, NamedTuple
+
+from ..models.contract import Quantity
+
+NAME = "delay"
+PLACES = ("output", "input")
+SIGNATURE = "phase proportional to frequency"
+
+
+class Params(NamedTuple):
+    T_d: Annotated[float, Quantity("s", "delay, Eq (1)", lo=0.0)] = 0.0
+
+
+NEUTRAL = Params()
+
+
+KEPT = 64
+State = NamedTuple(
+    "State",
+    [(f"b_{k}", Annotated[float, Quantity("{y}", f"{k} steps ago")]) for k in range(KEPT)],  # pyright: ignore
+)
+
+
+class Inputs(NamedTuple):
+    y: Annotated[float, Quantity("{y}", "what this effect changes, before it")]
+
+
+class Outputs(NamedTuple):
+    y: Annotated[float, Quantity("{y}", "the same with this effect")]
+
+
+PRESETS = {}
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    four = (u.y, u.y, u.y, u.y)
+    sixteen = four + four + four + four
+    return State(*(sixteen + sixteen + sixteen + sixteen)), Outputs(u.y)
+
+
+def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+    steps = p.T_d / dt
+    if steps > 63.0:
+        raise ValueError("T_d is longer than the 63 steps kept -- shorten T_d or lengthen the step")
+    line = State(u.y, *s[:-1])
+    k = int(steps)
+    late = line[k]
+    if steps > k:
+        late += (steps - k) * (line[k + 1] - late)  # (1)
+    return line, Outputs(late)

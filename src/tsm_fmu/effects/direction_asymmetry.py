@@ -1,0 +1,48 @@
+"""Friction differs between the two directions.
+
+::
+
+    F <- F (1 + eps s)                                                                  (1)
+
+Limits: eps = 0 changes nothing; eps = 1 leaves no friction in release. Dissipative for |eps| <= 1 where F is.
+Source: effects.md 1, `direction_asymmetry`.
+"""
+
+from typing import Annotated, NamedTuple
+
+from ..models.contract import Quantity
+
+NAME = "direction_asymmetry"
+PLACES = ("friction",)
+SIGNATURE = "F(+) differs from F(-)"
+
+
+class Params(NamedTuple):
+    eps: Annotated[float, Quantity("1", "relative difference, Eq (1)", lo=-1.0, hi=1.0)] = 0.0
+
+
+NEUTRAL = Params()
+
+
+class State(NamedTuple):
+    pass
+
+
+class Inputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "what this effect changes, before it")]
+    s: Annotated[float, Quantity("1", "direction of the last motion")]
+
+
+class Outputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "the same with this effect")]
+
+
+PRESETS = {}
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    return State(), Outputs(u.y * (1.0 + p.eps * u.s))
+
+
+def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+    return s, Outputs(u.y * (1.0 + p.eps * u.s))  # (1)

@@ -1,0 +1,51 @@
+"""Friction that depends on which side drives: a drive is harder to push back than to push.
+
+::
+
+    F <- F + |k_m tau_m - k_e load| z,    tau_m = load + F                              (1)
+
+tau_m is the torque that the drive side sees before this effect, in the unit of the load. Limits: k_m = k_e = 0
+changes nothing; k_m = k_e is friction that grows with the friction torque alone.
+Source: Rhoban's BAM models (directional load); effects.md 1, `drive_direction`.
+"""
+
+from typing import Annotated, NamedTuple
+
+from ..models.contract import Quantity
+
+NAME = "drive_direction"
+PLACES = ("friction",)
+SIGNATURE = "depends on which side drives"
+
+
+class Params(NamedTuple):
+    k_m: Annotated[float, Quantity("1", "weight of the drive torque, Eq (1)", lo=0.0)] = 0.0
+    k_e: Annotated[float, Quantity("1", "weight of the load, Eq (1)", lo=0.0)] = 0.0
+
+
+NEUTRAL = Params()
+
+
+class State(NamedTuple):
+    pass
+
+
+class Inputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "what this effect changes, before it")]
+    z: Annotated[float, Quantity("1", "presliding state")]
+    load: Annotated[float, Quantity("{load}", "load on the drive")]
+
+
+class Outputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "the same with this effect")]
+
+
+PRESETS = {}
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    return State(), Outputs(u.y + abs(p.k_m * (u.load + u.y) - p.k_e * u.load) * u.z)
+
+
+def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+    return s, Outputs(u.y + abs(p.k_m * (u.load + u.y) - p.k_e * u.load) * u.z)  # (1)

@@ -1,0 +1,65 @@
+"""Harmonics of the drum angle: runout, an eccentric pulley, a bent shaft.
+
+::
+
+    y <- y + sum_k C_k cos(k x/r) + S_k sin(k x/r),   k = 1, 2, 3                       (1)
+
+r is the input position per radian of the drum (1 where the input is the drum's angle). Limits: all C_k = S_k = 0
+changes nothing. A_k = hypot(C_k, S_k), phi_k = atan2(-S_k, C_k) give the form A_k cos(k theta + phi_k).
+Source: effects.md 1, `drum_periodic`.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from ..models.contract import Quantity
+
+NAME = "drum_periodic"
+PLACES = ("friction", "output", "input")
+SIGNATURE = "harmonics of the drum angle"
+
+
+class Params(NamedTuple):
+    C_1: Annotated[float, Quantity("{y}", "cosine amplitude of harmonic 1, Eq (1)")] = 0.0
+    S_1: Annotated[float, Quantity("{y}", "sine amplitude of harmonic 1, Eq (1)")] = 0.0
+    C_2: Annotated[float, Quantity("{y}", "cosine amplitude of harmonic 2, Eq (1)")] = 0.0
+    S_2: Annotated[float, Quantity("{y}", "sine amplitude of harmonic 2, Eq (1)")] = 0.0
+    C_3: Annotated[float, Quantity("{y}", "cosine amplitude of harmonic 3, Eq (1)")] = 0.0
+    S_3: Annotated[float, Quantity("{y}", "sine amplitude of harmonic 3, Eq (1)")] = 0.0
+    r: Annotated[float, Quantity("{x}/rad", "input position per radian of the drum, Eq (1)", lo=0.0, open_lo=True)] = (
+        1.0
+    )
+
+
+NEUTRAL = Params()
+
+
+class State(NamedTuple):
+    pass
+
+
+class Inputs(NamedTuple):
+    y: Annotated[float, Quantity("{y}", "what this effect changes, before it")]
+    x: Annotated[float, Quantity("{x}", "input position")]
+
+
+class Outputs(NamedTuple):
+    y: Annotated[float, Quantity("{y}", "the same with this effect")]
+
+
+PRESETS = {}
+
+
+def harmonics(p: Params, theta: float) -> float:
+    """Sum of Eq (1) at the drum angle ``theta``."""
+    first = p.C_1 * math.cos(theta) + p.S_1 * math.sin(theta)
+    second = p.C_2 * math.cos(2.0 * theta) + p.S_2 * math.sin(2.0 * theta)
+    return first + second + p.C_3 * math.cos(3.0 * theta) + p.S_3 * math.sin(3.0 * theta)
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    return State(), Outputs(u.y + harmonics(p, u.x / p.r))
+
+
+def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+    return s, Outputs(u.y + harmonics(p, u.x / p.r))  # (1)

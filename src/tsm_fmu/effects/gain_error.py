@@ -1,0 +1,46 @@
+"""An error proportional to the signal: pulley radius, calibration.
+
+::
+
+    y <- (1 + g) y                                                                      (1)
+
+Limits: g = 0 changes nothing. Source: effects.md 1, `gain_error`.
+"""
+
+from typing import Annotated, NamedTuple
+
+from ..models.contract import Quantity
+
+NAME = "gain_error"
+PLACES = ("output", "input")
+SIGNATURE = "proportional to the signal"
+
+
+class Params(NamedTuple):
+    g: Annotated[float, Quantity("1", "relative gain error, Eq (1)", lo=-0.9, hi=9.0)] = 0.0
+
+
+NEUTRAL = Params()
+
+
+class State(NamedTuple):
+    pass
+
+
+class Inputs(NamedTuple):
+    y: Annotated[float, Quantity("{y}", "what this effect changes, before it")]
+
+
+class Outputs(NamedTuple):
+    y: Annotated[float, Quantity("{y}", "the same with this effect")]
+
+
+PRESETS = {}
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    return State(), Outputs(u.y + p.g * u.y)
+
+
+def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+    return s, Outputs(u.y + p.g * u.y)  # (1)

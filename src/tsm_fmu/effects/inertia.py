@@ -1,0 +1,47 @@
+"""A mass that the model does not have.
+
+::
+
+    F <- F + m a                                                                        (1)
+
+Limits: m = 0 changes nothing. Takes no energy over a closed cycle. Source: Newton; effects.md 1, `inertia`.
+"""
+
+from typing import Annotated, NamedTuple
+
+from ..models.contract import Quantity
+
+NAME = "inertia"
+PLACES = ("friction",)
+SIGNATURE = "in phase with a"
+
+
+class Params(NamedTuple):
+    m: Annotated[float, Quantity("{F}/({x}/s2)", "moved mass or inertia, Eq (1)", lo=0.0)] = 0.0
+
+
+NEUTRAL = Params()
+
+
+class State(NamedTuple):
+    pass
+
+
+class Inputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "what this effect changes, before it")]
+    a: Annotated[float, Quantity("{x}/s2", "acceleration")]
+
+
+class Outputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "the same with this effect")]
+
+
+PRESETS = {}
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    return State(), Outputs(u.y + p.m * u.a)
+
+
+def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+    return s, Outputs(u.y + p.m * u.a)  # (1)

@@ -1,0 +1,51 @@
+"""Friction that grows with the load: the linear form of the capstan law.
+
+T_out = T_in exp(-mu Theta z) gives F = T_in - T_out; with the bend angle held, what a drive with
+pretension shows at its input is, to first order in the load::
+
+    F <- F + k |load| z                                                                 (1)
+
+Limits: k = 0 changes nothing; z = +-1 (sliding) adds a constant share of the load to the friction.
+Dissipative for k >= 0: the added force has the sign of the motion once presliding is over.
+Source: Euler-Eytelwein; Agrawal, Peine, Yao (IEEE T-RO 2010); effects.md 1, `load_dependence`.
+"""
+
+from typing import Annotated, NamedTuple
+
+from ..models.contract import Quantity
+
+NAME = "load_dependence"
+PLACES = ("friction",)
+SIGNATURE = "friction grows with tension or load"
+
+
+class Params(NamedTuple):
+    k: Annotated[float, Quantity("{F}/({load})", "friction per load, Eq (1)", lo=0.0)] = 0.0
+
+
+NEUTRAL = Params()
+
+
+class State(NamedTuple):
+    pass
+
+
+class Inputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "friction before this effect")]
+    z: Annotated[float, Quantity("1", "presliding state")]
+    load: Annotated[float, Quantity("{load}", "load on the drive")]
+
+
+class Outputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "friction with this effect")]
+
+
+PRESETS = {}
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    return State(), Outputs(u.y + p.k * abs(u.load) * u.z)
+
+
+def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+    return s, Outputs(u.y + p.k * abs(u.load) * u.z)  # (1)

@@ -1,0 +1,50 @@
+"""A restoring force that stiffens with the deflection.
+
+::
+
+    F <- F + k_1 d + k_3 d^3,   d = x - x_c                                             (1)
+
+Limits: k_1 = k_3 = 0 changes nothing; k_3 = 0 is a linear spring. Takes no energy over a closed cycle.
+Source: Duffing; effects.md 1, `stiffness_hardening`.
+"""
+
+from typing import Annotated, NamedTuple
+
+from ..models.contract import Quantity
+
+NAME = "stiffness_hardening"
+PLACES = ("friction",)
+SIGNATURE = "cubic"
+
+
+class Params(NamedTuple):
+    k_1: Annotated[float, Quantity("{F}/({x})", "linear stiffness, Eq (1)")] = 0.0
+    k_3: Annotated[float, Quantity("{F}/({x}3)", "cubic stiffness, Eq (1)")] = 0.0
+    x_c: Annotated[float, Quantity("{x}", "position without force, Eq (1)")] = 0.0
+
+
+NEUTRAL = Params()
+
+
+class State(NamedTuple):
+    pass
+
+
+class Inputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "what this effect changes, before it")]
+    x: Annotated[float, Quantity("{x}", "input position")]
+
+
+class Outputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "the same with this effect")]
+
+
+PRESETS = {}
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    return State(), Outputs(u.y + (p.k_1 + p.k_3 * (u.x - p.x_c) * (u.x - p.x_c)) * (u.x - p.x_c))
+
+
+def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+    return s, Outputs(u.y + (p.k_1 + p.k_3 * (u.x - p.x_c) * (u.x - p.x_c)) * (u.x - p.x_c))  # (1)

@@ -1,0 +1,54 @@
+"""Friction that settles while the drive works and comes back after rest.
+
+::
+
+    tau dh/dt = active - h,   active = 1 - exp(-|v|/v_0)                                (1)
+    F <- F (1 + d (1 - h))                                                              (2)
+
+Eq (1) is exact at constant speed. Limits: d = 0 changes nothing; steady motion gives F (1 + d exp(-t/tau)).
+Source: effects.md 1, `thermal`.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from ..models.contract import Quantity
+
+NAME = "thermal"
+PLACES = ("friction",)
+SIGNATURE = "decays with time, recovers after rest"
+
+
+class Params(NamedTuple):
+    d: Annotated[float, Quantity("1", "relative excess when cold, Eq (2)", lo=-0.9)] = 0.0
+    tau: Annotated[float, Quantity("s", "time constant, Eq (1)", lo=0.0, open_lo=True)] = 10.0
+    v_0: Annotated[float, Quantity("{x}/s", "speed that counts as work, Eq (1)", lo=0.0, open_lo=True)] = 0.01
+
+
+NEUTRAL = Params()
+
+
+class State(NamedTuple):
+    h: Annotated[float, Quantity("1", "warmth, Eq (1)")]
+
+
+class Inputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "what this effect changes, before it")]
+    v: Annotated[float, Quantity("{x}/s", "speed")]
+
+
+class Outputs(NamedTuple):
+    y: Annotated[float, Quantity("{F}", "the same with this effect")]
+
+
+PRESETS = {}
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    return State(0.0), Outputs(u.y * (1.0 + p.d))
+
+
+def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+    active = -math.expm1(-abs(u.v) / p.v_0)
+    h = active + (s.h - active) * math.exp(-dt / p.tau)  # (1)
+    return State(h), Outputs(u.y * (1.0 + p.d * (1.0 - h)))  # (2)
