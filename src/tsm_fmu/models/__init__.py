@@ -10,11 +10,17 @@ from . import (
     pid_controller,
     reference_signal,
     rotational_load,
+    single_tsm_bouc_wen,
+    single_tsm_dahl,
+    single_tsm_lugre,
     sum,
     tendon_drive,
 )
 
 MODELS = (
+    single_tsm_dahl,
+    single_tsm_bouc_wen,
+    single_tsm_lugre,
     paired_tsm_friction,
     paired_tsm_backlash,
     feedforward_compensator,

@@ -1,0 +1,116 @@
+"""Friction of a single tendon-sheath mechanism: Dahl model with branched sliding level.
+
+Do, Tjahjowidodo, Lau, Phee, ICINCO 2013, Eqs (2)-(5)::
+
+    F_f = rho1 + mu1 exp(-f1)                                   v >= 0, a <= 0          (2a)
+    F_f = rho1 + mu1 exp(-f1) + mu2 (1 - exp(-kappa3 |a|))      v >= 0, a >= 0          (2b)
+    F_f = rho2 + mu3 exp(-f2)                                   v <= 0, a <= 0          (2c)
+    F_f = rho2 - mu3 exp(-f2)                                   v <= 0, a >= 0          (2d)
+          f1 = kappa1 |v| / (kappa2 |a| + 1),   f2 = kappa4 |v| / (|a| + kappa5)
+    dzeta/dt = v - sigma |v| zeta / F_f                                                 (4)
+    F = sigma zeta                                                                      (5)
+
+At a = 0 the branch last taken is kept. With v and a held over a step, s = sgn(v), the step is exact::
+
+    zeta = s F_f/sigma + (zeta_0 - s F_f/sigma) exp(-sigma |v| dt / F_f)                (4a)
+
+so there is no limit on its size, and it is exact in displacement where F_f is constant. The text says that
+zeta settles at the sliding force; by (4) it is sigma zeta that does.
+
+Continuity at a = 0: exact for v > 0; for v < 0, F_f jumps by 2 |mu3| exp(-kappa4 |v| / kappa5), F never does.
+
+Validity: inf F_f > 0, that is rho1 + min(mu1, 0) + min(mu2, 0) > 0 and rho2 > |mu3|; then
+|F| <= max(|F at the start|, sup F_f) for every input.
+"""
+
+from typing import Annotated, NamedTuple
+
+from .contract import Preset, Quantity
+from .friction_branches import check_pull_side, check_release_side, pull_level, release_level
+from .lugre import bristle_after
+from .signs import held_sign
+from .tension import DEPENDS, Inputs, Outputs, friction_in, tensions, with_friction
+
+__all__ = [
+    "DEPENDS",
+    "NAME",
+    "PRESETS",
+    "Inputs",
+    "Outputs",
+    "Params",
+    "State",
+    "check",
+    "friction_in",
+    "sliding_force",
+    "start",
+    "step",
+    "with_friction",
+]
+
+NAME = "SingleTsmDahl"
+FRICTION_LIKE = "F"
+
+
+class Params(NamedTuple):
+    rho1: Annotated[float, Quantity("N", "constant part of the pull level, Eqs (2a), (2b)", lo=0.0)] = 2.097
+    rho2: Annotated[float, Quantity("N", "constant part of the release level, Eqs (2c), (2d)", lo=0.0)] = 3.960
+    mu1: Annotated[float, Quantity("N", "part of the pull level that decays with speed")] = 1.368
+    mu2: Annotated[float, Quantity("N", "part of the pull level that grows with acceleration")] = 1.579
+    mu3: Annotated[float, Quantity("N", "half distance of the release branches at v = 0")] = -1.855
+    kappa1: Annotated[float, Quantity("s/m", "decay of mu1 with speed, f1", lo=0.0)] = 172.0
+    kappa2: Annotated[float, Quantity("s2/m", "widening of f1 with acceleration", lo=0.0)] = 1228.0
+    kappa3: Annotated[float, Quantity("s2/m", "growth of mu2 with acceleration", lo=0.0)] = 16.0
+    kappa4: Annotated[float, Quantity("1/s", "decay of mu3 with speed, f2", lo=0.0)] = 5.549
+    kappa5: Annotated[float, Quantity("m/s2", "acceleration scale of f2", lo=0.0, open_lo=True)] = 5e-6
+    sigma: Annotated[float, Quantity("N/m", "presliding stiffness", lo=0.0, open_lo=True)] = 17570.0
+    zeta_0: Annotated[float, Quantity("m", "presliding state at the start (ours)", display="mm")] = 0.0
+
+
+class State(NamedTuple):
+    zeta: Annotated[float, Quantity("m", "presliding state, Eq (4)")]
+    sgn_a: Annotated[float, Quantity("1", "last non-zero sign of a")]
+
+
+PRESETS = {
+    "published": Preset(
+        source="ICINCO 2013, Table 1; lengths are millimetres",
+        printed={
+            "rho1": (2.097, "N"),
+            "rho2": (3.960, "N"),
+            "mu1": (1.368, "N"),
+            "mu2": (1.579, "N"),
+            "mu3": (-1.855, "N"),
+            "kappa1": (0.172, "s/mm"),
+            "kappa2": (1.228, "s2/mm"),
+            "kappa3": (0.016, "s2/mm"),
+            "kappa4": (5.549, "1/s"),
+            "kappa5": (0.005, "mm/s2"),
+            "sigma": (17.57, "N/mm"),
+        },
+        si={},
+    )
+}
+
+
+def check(p: Params) -> None:
+    """Raise `InputError` unless the sliding level stays positive in all four branches."""
+    check_pull_side(p.rho1, p.mu1, p.mu2)
+    check_release_side(p.rho2, f"mu3 = {p.mu3!r}", p.rho2 - abs(p.mu3), "rho2 - |mu3|")
+
+
+def sliding_force(p: Params, v: float, a: float, sgn_a: float) -> float:
+    """Friction force F_f [N] of steady sliding, Eqs (2a)-(2d); ``sgn_a`` is the held sign of ``a``."""
+    if v >= 0.0:
+        mu2 = p.mu2 if sgn_a > 0.0 else 0.0
+        return pull_level(v, a, p.rho1, p.mu1, mu2, p.kappa1, p.kappa2, p.kappa3)
+    return release_level(v, a, sgn_a, p.rho2, p.mu3, p.kappa4, p.kappa5)
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    return State(p.zeta_0, held_sign(u.a, 0.0)), tensions(p.sigma * p.zeta_0, u.v, u.T_in, u.T_load)
+
+
+def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+    sgn_a = held_sign(u.a, s.sgn_a)
+    zeta = bristle_after(s.zeta, u.v, dt, sliding_force(p, u.v, u.a, sgn_a) / p.sigma)  # (4a)
+    return State(zeta, sgn_a), tensions(p.sigma * zeta, u.v, u.T_in, u.T_load)  # (5)
