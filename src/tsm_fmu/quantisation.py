@@ -1,0 +1,40 @@
+"""Quantisation step of a sampled signal, found from the values it takes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["quantisation_step"]
+
+_OFF_GRID = 0.12  # of a step; values spread evenly between the levels have 0.29
+
+
+def quantisation_step(values: NDArray[np.float64]) -> float:
+    """Step between the levels of a quantised signal; 0.0 where there is no common step.
+
+    The gaps between neighbouring levels give a first step; a straight line through level over level number
+    refines it, so that numbers rounded when the log was written do no harm.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+    """
+    levels = np.unique(values)
+    gaps = np.diff(levels)
+    # gaps of the rounding of the arithmetic itself are no levels
+    gaps = gaps[gaps > 1e-12 * max(1e-300, float(np.abs(levels).max(initial=0.0)))]
+    if gaps.size < 3:
+        return 0.0
+    smallest = float(np.quantile(gaps, 0.02))
+    step = float(np.mean(gaps[(gaps >= 0.5 * smallest) & (gaps <= 1.5 * smallest)]))
+    for _ in range(3):
+        number = np.cumsum(np.concatenate(([0.0], np.rint(np.diff(levels) / step))))
+        if number[-1] < 3.0:
+            return 0.0
+        slope, start = np.polyfit(number, levels, 1)
+        step = float(slope)
+        if step <= 0.0:
+            return 0.0
+    spread = float(np.sqrt(np.mean(np.square(levels - start - step * number))))
+    return step if spread < _OFF_GRID * step else 0.0
