@@ -94,11 +94,9 @@ class ModelCard:
         InputError
             Unknown model or effect.
         """
-        if self.effects:
-            raise InputError(
-                f"effects = {list(self.effects)} -- expected an empty list: this version has no effects -- {_REMEDY}"
-            )
-        return kernel(self.model)
+        from .chain import chain  # imports every effect: a card without any does not pay
+
+        return chain(self.model, self.effects) if self.effects else kernel(self.model)
 
     def params(self, run: str | None = None) -> Any:
         """Validated parameters of the kernel, with the values of one run where ``run`` names it.

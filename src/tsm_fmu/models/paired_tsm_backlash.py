@@ -23,6 +23,7 @@ from .contract import Preset, Quantity
 
 NAME = "PairedTsmBacklash"
 MOTION = "x_in"
+PER_RUN = ("x_0", "x_h_0")  # offset and initial state: identification gives each run its own
 
 
 class Params(NamedTuple):

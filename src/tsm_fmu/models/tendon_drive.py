@@ -20,6 +20,7 @@ from .velocity_filter import filtered_slope
 
 NAME = "TendonDrive"
 MOTION = "x_in"
+PER_RUN = ("x_0", "x_h_0")  # offset and initial state: identification gives each run its own
 LOAD = "tau_out"
 FRICTION_LIKE = "tau_in"
 

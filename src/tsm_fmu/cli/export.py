@@ -1,0 +1,37 @@
+"""``tsm-fmu export``: a model card in, an FMU out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..card import read_card
+from ..models.contract import InputError
+from .app import app, print_json
+from .build import Flavour, check_flavour
+
+
+@app.command("export")
+def export(
+    card: Annotated[Path, typer.Argument(metavar="CARD", help="Model card (TOML).")],
+    out: Annotated[Path, typer.Option(metavar="X.fmu", help="FMU to write.")],
+    flavour: Annotated[Flavour, typer.Option(help="How the FMU runs.")] = Flavour.PYTHON,
+    fmi: Annotated[int, typer.Option(help="FMI version, 2 or 3.")] = 2,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+) -> None:
+    """Make an FMU whose start values are those of a model card."""
+    from ..fmu.build import build_fmu
+
+    check_flavour(flavour, fmi)
+    if out.suffix != ".fmu" or not out.parent.is_dir():
+        raise InputError(f"--out {out} -- expected a name that ends in .fmu, in a folder that exists -- change it")
+    model = read_card(card)
+    kernel = model.kernel()
+    starts = {v.name: value for v, value in zip(kernel.parameters, model.params(), strict=True)}
+    path = build_fmu(kernel, out, start_values=starts)
+    if as_json:
+        print_json({"fmu": str(path), "model": kernel.name, "parameters": starts})
+    else:
+        typer.echo(path)

@@ -1,0 +1,161 @@
+"""``tsm-fmu identify``: measured runs in, a model card out."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from ..models.contract import InputError, Variable
+from .app import app, print_json, settings
+from .model_argument import model_argument, number_settings
+from .runs import Cutoff, Holdout, Map, Measured, ReadOptions, Scale, Start, Stop, read_runs
+
+if TYPE_CHECKING:  # the library behind them takes a second to import: only this verb pays
+    from ..identify.fit import Fit
+    from ..identify.scores import Agreement
+
+
+class Method(StrEnum):
+    """How the parameters are searched."""
+
+    FAST = "fast"
+    PAPER = "paper"
+
+
+@app.command("identify")
+def identify(
+    model: Annotated[str, typer.Argument(metavar="MODEL[:PRESET]|CARD", help="What to fit, and from where.")],
+    measured: Measured,
+    out: Annotated[Path, typer.Option(metavar="CARD", help="Model card to write (TOML).")],
+    holdout: Holdout = [],  # noqa: B006  typer copies it
+    method: Annotated[Method, typer.Option(help="fast: least squares; paper: genetic, then simplex.")] = Method.FAST,
+    set_: Annotated[list[str], typer.Option("--set", metavar="P=V", help="Start value [SI]; repeatable.")] = [],  # noqa: B006
+    fix: Annotated[list[str], typer.Option(metavar="P", help="Parameter that is not fitted; repeatable.")] = [],  # noqa: B006
+    shared: Annotated[
+        list[str], typer.Option(metavar="P", help="One value for all runs of an offset or initial state; repeatable.")
+    ] = [],  # noqa: B006
+    seed: Annotated[int, typer.Option(min=0, help="Same seed, same result.")] = 0,
+    start: Start = None,
+    stop: Stop = None,
+    maps: Map = [],  # noqa: B006
+    scales: Scale = [],  # noqa: B006
+    cutoff: Cutoff = None,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+) -> None:
+    """Fit a model's parameters to measured runs and write a model card."""
+    from ..card import write_card
+    from ..identify.fit import fit
+    from ..identify.result import as_json as json_of
+    from ..identify.result import model_card
+    from ..identify.specification import fit_parameters, fit_run, measured_channels, per_run_fields
+    from ..record import kernel_inputs
+
+    chosen = model_argument(model)
+    kernel = chosen.kernel
+    values = number_settings(settings(set_))
+    parameters = fit_parameters(kernel, chosen.preset or None, values, fix, chosen.card)
+    if not out.parent.is_dir():
+        raise InputError(f"--out {out} -- expected a folder that exists -- create {out.parent} first")
+    options = ReadOptions.of(start, stop, maps, scales)
+    records = read_runs([*measured, *holdout], options)
+    channels = measured_channels(kernel, records)
+    runs = [fit_run(kernel, record, channels, cutoff) for record in records]
+    with _progress() as report:
+        result = fit(
+            kernel,
+            runs[: len(measured)],
+            channels,
+            parameters,
+            per_run=per_run_fields(kernel, shared),
+            holdout=runs[len(measured) :],
+            method=method,
+            seed=seed,
+            progress=report,
+        )
+    effects = chosen.card.effects if chosen.card else ()
+    write_card(out, model_card(result, chosen.preset, records[: len(measured)], records[len(measured) :], effects))
+    notes = kernel_inputs(records[0], kernel, cutoff).notes
+    if as_json:
+        print_json({**json_of(result), "card": str(out), "notes": list(notes)})
+    else:
+        _print(result, out, notes)
+
+
+class _progress:
+    """Current error on stderr, on a terminal only; a few times a second."""
+
+    def __init__(self) -> None:
+        self._console = Console(stderr=True)
+        self._status = self._console.status("identify") if sys.stderr.isatty() else None
+        self._last = 0.0
+
+    def __enter__(self) -> Callable[[int, float], None] | None:
+        if self._status is None:
+            return None
+        self._status.start()
+        return self._update
+
+    def __exit__(self, *_: object) -> None:
+        if self._status is not None:
+            self._status.stop()
+
+    def _update(self, simulations: int, error: float) -> None:
+        now = time.monotonic()
+        if self._status is not None and now - self._last > 0.2:
+            self._last = now
+            self._status.update(
+                f"identify: {simulations} simulations, weighted error {error:.5g}  (Ctrl-C keeps the best)"
+            )
+
+
+def _print(result: Fit, out: Path, notes: tuple[str, ...]) -> None:
+    console = Console()
+    for note in notes:
+        console.print(note)
+    table = Table(title=f"{result.kernel.name}, method {result.method}", title_justify="left")
+    for heading in ("parameter", "value", "standard error", "unit", ""):
+        table.add_column(heading)
+    for variable in result.kernel.parameters:
+        p = result.parameters[variable.field]
+        error = "" if p.stderr is None else f"{p.stderr:.2g}"
+        table.add_row(variable.name, f"{p.value:.6g}", error, variable.quantity.unit, _remark(result, variable))
+    console.print(table)
+    scores = Table("run", "role", "channel", "RMSE", "peak to peak of error", "RMSE/std")
+    for name, run in result.runs.items():
+        for channel, score in run.channels.items():
+            scores.add_row(name, run.role, channel, *_score(score))
+    for role, pooled in (("measured", result.measured), ("holdout", result.holdout)):
+        for channel, score in pooled.items():
+            scores.add_row("all", role, channel, *_score(score), style="bold")
+    console.print(scores)
+    if result.holdout:
+        from ..identify.fit import SETTLING
+
+        console.print(f"Held-out runs: the first {SETTLING:g} s give offset and initial state and are not scored.")
+    for finding in result.findings:
+        console.print(f"Note: {finding}.")
+    console.print(f"{out}  ({result.evaluations} simulations, {result.wall_s:.2f} s)", soft_wrap=True)
+
+
+def _remark(result: Fit, variable: Variable) -> str:
+    remarks = {
+        "fixed": not result.parameters[variable.field].vary,
+        "per run, mean": variable.field in result.per_run and len(result.runs) > 1,
+        "on a bound": variable.field in result.at_bound,
+        "not determined": variable.field in result.undetermined,
+    }
+    return ", ".join(text for text, holds in remarks.items() if holds)
+
+
+def _score(score: Agreement) -> tuple[str, str, str]:
+    show, unit = (math.degrees, "deg") if score.unit == "rad" else (float, score.unit)
+    return f"{show(score.rmse):.4g} {unit}", f"{show(score.peak_to_peak_error):.4g} {unit}", f"{score.nrmse:.3g}"

@@ -1,0 +1,57 @@
+"""``MODEL[:PRESET]`` or a model card: what several verbs start from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..card import ModelCard, read_card
+from ..kernel import Kernel, kernel
+from ..models.contract import InputError
+
+
+@dataclass(frozen=True)
+class ModelArgument:
+    """A model, the preset it starts from, and the card it was read from, if any."""
+
+    kernel: Kernel
+    preset: str
+    card: ModelCard | None
+
+
+def model_argument(text: str) -> ModelArgument:
+    """Read ``MODEL[:PRESET]`` or the path of a card (a name that ends in .toml).
+
+    Raises
+    ------
+    InputError
+        Unknown model or preset, or a card that cannot be read.
+    """
+    if text.endswith(".toml") or Path(text).is_file():
+        card = read_card(text)
+        return ModelArgument(card.kernel(), card.preset, card)
+    name, colon, preset = text.partition(":")
+    model = kernel(name)
+    if colon and preset not in model.presets:
+        raise InputError(
+            f"preset {preset!r} of {name} -- expected one of {', '.join(model.presets) or '(none)'} "
+            "-- see 'tsm-fmu list'"
+        )
+    return ModelArgument(model, preset or next(iter(model.presets), ""), None)
+
+
+def number_settings(pairs: dict[str, str], option: str = "--set") -> dict[str, float]:
+    """Values of ``name=value`` options as numbers.
+
+    Raises
+    ------
+    InputError
+        If a value is not a number.
+    """
+    found = {}
+    for name, text in pairs.items():
+        try:
+            found[name] = float(text)
+        except ValueError:
+            raise InputError(f"{option} {name}={text} -- expected a number -- for example {name}=0.5") from None
+    return found

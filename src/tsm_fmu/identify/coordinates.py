@@ -1,0 +1,120 @@
+"""From the optimiser's scaled coordinates to parameter values that the model accepts.
+
+A parameter with an open bound at zero is searched in its logarithm, every other one in units of the change
+that moves the outputs by one standard deviation. A joint condition of the model (``check(p)``) has no
+coordinates of its own: a point outside is drawn back along the line to a valid anchor, on to the boundary. The
+search then slides along that boundary, and the result names the condition that stopped it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .problem import FloatArray, Problem
+
+DECADES = 6.0
+"""A logarithmic coordinate may leave its start by this much; there it counts as on a bound."""
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One searched value: a field, the run it belongs to (None: all), and its scale."""
+
+    field: str
+    run: int | None
+    column: int
+    centre: float
+    scale: float
+    sign: float
+    lo: float
+    hi: float
+
+    def value(self, q: float) -> float:
+        return self.sign * math.exp(q) if self.sign else self.centre + self.scale * q
+
+    def q(self, value: float) -> float:
+        return math.log(max(abs(value), 1e-300)) if self.sign else (value - self.centre) / self.scale
+
+
+class Coordinates:
+    """The searched values of a problem.
+
+    Parameters
+    ----------
+    problem : Problem
+    shared, own : sequence of str
+        Searched fields.
+    scales : mapping of str to float
+        From `structure.sensitivity_scales`.
+    table : ndarray
+        A valid table; the start and the anchor.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        shared: Sequence[str],
+        own: Sequence[str],
+        scales: Mapping[str, float],
+        table: FloatArray,
+    ) -> None:
+        self.problem = problem
+        self.anchor = table.copy()
+        self.axes = [_axis(problem, f, None, scales[f], table) for f in shared]
+        self.axes += [_axis(problem, f, k, scales[f], table) for k in range(len(problem.runs)) for f in own]
+        self.lo = np.array([axis.lo for axis in self.axes])
+        self.hi = np.array([axis.hi for axis in self.axes])
+
+    def of(self, table: FloatArray) -> FloatArray:
+        """Coordinates of a table, strictly inside the bounds."""
+        q = np.array([a.q(table[a.run or 0, a.column]) for a in self.axes])
+        margin = np.minimum(1e-6, 0.01 * (self.hi - self.lo))
+        return np.clip(q, self.lo + margin, self.hi - margin)
+
+    def table(self, q: FloatArray) -> FloatArray:
+        """Values at ``q``, drawn back to the boundary where the model refuses them."""
+        table = self._raw(q)
+        if not self._refused(table):
+            return table
+        anchor = np.array([a.q(self.anchor[a.run or 0, a.column]) for a in self.axes])
+        inside, outside = 0.0, 1.0
+        for _ in range(40):
+            middle = 0.5 * (inside + outside)
+            refused = self._refused(self._raw(anchor + middle * (q - anchor)))
+            inside, outside = (inside, middle) if refused else (middle, outside)
+        return self._raw(anchor + inside * (q - anchor))
+
+    def _raw(self, q: FloatArray) -> FloatArray:
+        table = self.anchor.copy()
+        for axis, coordinate in zip(self.axes, q, strict=True):
+            rows = slice(None) if axis.run is None else axis.run
+            table[rows, axis.column] = axis.value(float(coordinate))
+        return table
+
+    def _refused(self, table: FloatArray) -> bool:
+        return any(self.problem.violation(row) for row in (table if self.problem.own else table[:1]))
+
+
+def _axis(problem: Problem, field: str, run: int | None, scale: float, table: FloatArray) -> Coordinate:
+    parameter, quantity = problem.parameters[field], problem.declared[field].quantity
+    column = problem.fields.index(field)
+    centre = float(table[run or 0, column])
+    scale = scale if math.isfinite(scale) else max(abs(centre), 1.0)
+    sign = 0.0
+    if quantity.lo == 0.0 and quantity.open_lo:
+        sign = 1.0
+    elif quantity.hi == 0.0 and quantity.open_hi:
+        sign = -1.0
+    if not sign:
+        return Coordinate(
+            field, run, column, centre, scale, sign, (parameter.min - centre) / scale, (parameter.max - centre) / scale
+        )
+    near, far = (parameter.min, parameter.max) if sign > 0.0 else (-parameter.max, -parameter.min)
+    middle, reach = math.log(abs(centre)), DECADES * math.log(10.0)
+    lo = max(middle - reach, math.log(near) if near > 0.0 else -math.inf)
+    hi = min(middle + reach, math.log(far) if math.isfinite(far) else math.inf)
+    return Coordinate(field, run, column, centre, scale, sign, lo, hi)

@@ -1,0 +1,156 @@
+"""What is fitted to what: runs, channels, free parameters, and the weighted residuals of a table of values.
+
+All parameter values of a problem are one table of shape (runs, parameters), in the order of the kernel's
+``Params``: a shared parameter has the same value in every row, a per-run parameter its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from lmfit import Parameters
+from numpy.typing import NDArray
+
+from ..kernel import Kernel, compile_kernel
+from ..models.contract import InputError, Variable
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+MAX_ROWS = 100_000
+"""Rows of the optimiser's residual; longer data are averaged over blocks (every sample is still simulated)."""
+
+
+@dataclass(frozen=True)
+class FitRun:
+    """One record cut to what a fit needs.
+
+    Attributes
+    ----------
+    name : str
+    time : ndarray, shape (n,)
+        [s], increasing.
+    inputs : ndarray, shape (n, number of kernel inputs)
+    targets : ndarray, shape (n, number of channels)
+        Measured values of the fitted outputs, SI.
+    """
+
+    name: str
+    time: FloatArray
+    inputs: FloatArray
+    targets: FloatArray
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Residuals of a kernel against several runs.
+
+    Attributes
+    ----------
+    kernel : Kernel
+    runs : sequence of FitRun
+    channels : tuple of str
+        Names of the fitted outputs, the columns of the targets.
+    parameters : lmfit.Parameters
+        By Python field name: start value, bounds, and whether the parameter varies.
+    per_run : tuple of str
+        Fields that have one value for each run.
+    weights : ndarray, shape (channels,)
+        Factor of each channel's residual, 1/noise; 1/standard deviation by default.
+    """
+
+    kernel: Kernel
+    runs: Sequence[FitRun]
+    channels: tuple[str, ...]
+    parameters: Parameters
+    per_run: tuple[str, ...] = ()
+    weights: FloatArray = field(default_factory=lambda: np.empty(0))
+
+    def __post_init__(self) -> None:
+        if not self.weights.size:
+            spread = np.sqrt(np.mean([r.targets.var(axis=0) for r in self.runs], axis=0))
+            object.__setattr__(self, "weights", 1.0 / np.where(spread > 0.0, spread, 1.0))
+
+    @cached_property
+    def fields(self) -> tuple[str, ...]:
+        return self.kernel.module.Params._fields
+
+    @cached_property
+    def declared(self) -> Mapping[str, Variable]:
+        return {v.field: v for v in self.kernel.parameters}
+
+    @cached_property
+    def shared(self) -> tuple[str, ...]:
+        """Free parameters with one value for all runs."""
+        return tuple(f for f in self.fields if self.parameters[f].vary and f not in self.per_run)
+
+    @cached_property
+    def own(self) -> tuple[str, ...]:
+        """Free parameters with one value for each run."""
+        return tuple(f for f in self.fields if self.parameters[f].vary and f in self.per_run)
+
+    @cached_property
+    def columns(self) -> tuple[int, ...]:
+        """Column of each channel among the kernel's outputs."""
+        names = [v.name for v in self.kernel.outputs]
+        return tuple(names.index(channel) for channel in self.channels)
+
+    @cached_property
+    def block(self) -> int:
+        """Samples averaged into one residual row."""
+        return max(1, -(-sum(r.targets.size for r in self.runs) // MAX_ROWS))
+
+    def with_runs(self, runs: Sequence[FitRun]) -> Problem:
+        return replace(self, runs=runs)
+
+    def reweighted(self, weights: FloatArray) -> Problem:
+        return replace(self, weights=weights)
+
+    def starting_at(self, table: FloatArray) -> Problem:
+        """The same problem with the first row of a table as start values."""
+        parameters = self.parameters.copy()
+        for name, value in zip(self.fields, table[0], strict=True):
+            parameters[name].value = value
+        return replace(self, parameters=parameters)
+
+    def start(self) -> FloatArray:
+        """Table of the start values."""
+        return np.tile([float(self.parameters[f].value) for f in self.fields], (len(self.runs), 1))
+
+    def params(self, row: FloatArray) -> Any:
+        """The kernel's named tuple of one row, integers as integers."""
+        return self.kernel.module.Params(*(self.declared[f].kind(v) for f, v in zip(self.fields, row, strict=True)))
+
+    def violation(self, row: FloatArray) -> str:
+        """What a row violates (a bound or a joint condition of the model), or an empty string."""
+        try:
+            self.kernel.check(self.params(row))
+        except InputError as wrong:
+            return str(wrong)
+        return ""
+
+    def outputs(self, run: int, row: FloatArray) -> FloatArray:
+        """Simulated channels of one run, shape (n, channels); NaN from the row where the model stops."""
+        data = self.runs[run]
+        y = np.full((data.time.size, len(self.kernel.outputs)), np.nan)
+        try:
+            compile_kernel(self.kernel.module).run(self.params(row), data.time, data.inputs, y)
+        except (ValueError, ArithmeticError):
+            y[:] = np.nan
+        return y[:, self.columns]
+
+    def residual(self, run: int, row: FloatArray) -> FloatArray:
+        """Weighted residual of one run, averaged over blocks, channel by channel, shape (rows,)."""
+        return self.condensed((self.outputs(run, row) - self.runs[run].targets) * self.weights)
+
+    def condensed(self, samples: FloatArray) -> FloatArray:
+        """Block means times the root of the block length: a constant keeps its sum of squares."""
+        if self.block > 1:
+            edges = np.arange(0, samples.shape[0], self.block)
+            counts = np.diff(np.append(edges, samples.shape[0]))
+            samples = np.add.reduceat(samples, edges, axis=0) / np.sqrt(counts)[:, None]
+        return samples.ravel(order="F")

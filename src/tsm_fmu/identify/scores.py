@@ -1,0 +1,30 @@
+"""How far a simulation is from a measurement, channel by channel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Error of one channel, in its unit; ``nrmse`` is the RMSE over the standard deviation of the measurement."""
+
+    unit: str
+    rmse: float
+    peak_to_peak_error: float
+    nrmse: float
+    samples: int
+
+
+def agreement(unit: str, measured: Sequence[NDArray[np.float64]], errors: Sequence[NDArray[np.float64]]) -> Agreement:
+    """Errors of several runs pooled over samples; the peak-to-peak value is the largest of a run."""
+    pooled, level = np.concatenate(list(errors)), np.concatenate(list(measured))
+    rmse, spread = math.sqrt(float(np.mean(pooled**2))), float(np.std(level))
+    return Agreement(
+        unit, rmse, max(float(np.ptp(e)) for e in errors), rmse / spread if spread > 0.0 else math.inf, pooled.size
+    )

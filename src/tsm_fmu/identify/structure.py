@@ -1,0 +1,110 @@
+"""Which parameters a model is linear in, found by probing it; and how strongly each one acts.
+
+A set of parameters is eliminated from the search (variable projection) when the outputs are affine in it.
+No model declares this: second differences of the simulated outputs, of every parameter and of every pair,
+vanish or they do not.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+
+import numpy as np
+
+from .problem import FitRun, FloatArray, Problem
+
+PROBE_ROWS = 4000
+TOLERANCE = 1e-9
+"""Largest second difference, relative to the first ones, that counts as rounding."""
+
+
+def sensitivity_scales(problem: Problem) -> dict[str, float]:
+    """Change of each free parameter that moves the channels by one standard deviation (RMS).
+
+    Infinite for a parameter without any effect on these runs.
+    """
+    table = problem.start()
+    scales: dict[str, float] = {}
+    for name in (*problem.shared, *problem.own):
+        j = problem.fields.index(name)
+        h = 1e-4 * max(abs(table[0, j]), 1e-3)
+        if table[0, j] + h > problem.parameters[name].max:
+            h = -h
+        moved, count = 0.0, 0
+        for k in range(len(problem.runs)):
+            shifted = table[k].copy()
+            shifted[j] += h
+            change = (problem.outputs(k, shifted) - problem.outputs(k, table[k])) * problem.weights
+            moved, count = moved + float(np.nansum(change**2)), count + change.size
+        scales[name] = abs(h) / math.sqrt(moved / count) if moved > 0.0 else math.inf
+    return scales
+
+
+def linear_parameters(problem: Problem, seed: int = 0) -> frozenset[str]:
+    """The largest set, greedily, of free parameters in which the channels are jointly affine.
+
+    Parameters
+    ----------
+    problem : Problem
+    seed : int
+        Seed of the probing steps.
+
+    Returns
+    -------
+    frozenset of str
+        Fields of the kernel's ``Params``.
+    """
+    rng = np.random.default_rng(seed)
+    free = [*problem.shared, *problem.own]
+    run = max(range(len(problem.runs)), key=lambda k: float(np.ptp(problem.runs[k].inputs, axis=0).sum()))
+    probe = problem.with_runs([_thinned(problem.runs[run])])
+    base = probe.start()[0]
+    affine = {name: True for name in free}
+    joint = {pair: True for pair in combinations(free, 2)}
+    for _ in range(3):
+        row = base * np.exp(rng.uniform(-0.4, 0.4, base.size))
+        row = np.where([probe.parameters[f].vary for f in probe.fields], row, base)
+        if probe.violation(row):
+            row = base.copy()
+        steps = {f: _step(probe, f, row, rng) for f in free}
+        y0 = probe.outputs(0, row)
+        moved = {f: probe.outputs(0, _moved(probe, row, {f: steps[f]})) for f in free}
+        for name in free:
+            twice = probe.outputs(0, _moved(probe, row, {name: 2.0 * steps[name]}))
+            affine[name] &= _vanishes(twice - 2.0 * moved[name] + y0, moved[name] - y0, y0)
+        for a, b in joint:
+            if affine[a] and affine[b] and joint[a, b]:
+                both = probe.outputs(0, _moved(probe, row, {a: steps[a], b: steps[b]}))
+                first = np.maximum(abs(moved[a] - y0), abs(moved[b] - y0))
+                joint[a, b] = _vanishes(both - moved[a] - moved[b] + y0, first, y0)
+    chosen: list[str] = []
+    for name in sorted((f for f in free if affine[f]), key=lambda f: -sum(joint[p] for p in joint if f in p)):
+        if all(joint[a, b] for a, b in joint if name in (a, b) and (a in chosen or b in chosen)):
+            chosen.append(name)
+    return frozenset(chosen)
+
+
+def _thinned(run: FitRun) -> FitRun:
+    """Every m-th row: the probing needs the excitation, not the samples."""
+    m = max(1, run.time.size // PROBE_ROWS)
+    return FitRun(run.name, *(np.ascontiguousarray(a[::m]) for a in (run.time, run.inputs, run.targets)))
+
+
+def _step(problem: Problem, name: str, row: FloatArray, rng: np.random.Generator) -> float:
+    value, parameter = row[problem.fields.index(name)], problem.parameters[name]
+    size = float(rng.uniform(0.1, 0.3)) * (abs(value) or 1.0)
+    size = min(size, 0.4 * (parameter.max - parameter.min))
+    return -size if value + 2.0 * size > parameter.max or value < 0.0 <= value + 2.0 * size else size
+
+
+def _moved(problem: Problem, row: FloatArray, changes: dict[str, float]) -> FloatArray:
+    row = row.copy()
+    for name, change in changes.items():
+        row[problem.fields.index(name)] += change
+    return row
+
+
+def _vanishes(second: FloatArray, first: FloatArray, level: FloatArray) -> bool:
+    size = np.max(abs(first)) + 1e-6 * np.max(abs(level))
+    return bool(np.isfinite(second).all() and np.max(abs(second)) <= TOLERANCE * size)
