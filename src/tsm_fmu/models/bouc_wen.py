@@ -20,7 +20,7 @@ So, on each side of 0:
   1/|d(dy/dq)/dy|, held on its side of 1 where the exact solution stays;
 * within 1e-8 of 1 the exponential approach exp(-n q).
 
-Bounded for any step; error below 1e-8 of the exact solution whatever the step (test).
+Bounded for any step; error below 1e-7 max(1, |zeta0|) whatever the step (test).
 """
 
 import math

@@ -47,4 +47,4 @@ def input_travel(y: float, x_h: float, c: float, beta: float, alpha: float) -> f
 def jump_at_full_reversal(c: float, beta: float, alpha: float) -> float:
     """Jump of the inverse's output when the reference turns on the major loop, 0 for 2 |beta| <= c [rad]."""
     g = -2.0 * beta / c
-    return max(0.0, g + lambert_w0(-g * math.exp(-g))) / alpha
+    return (g + lambert_w0(-g * math.exp(-g))) / alpha if g > 1.0 else 0.0  # (I2) at y = 0
