@@ -29,6 +29,9 @@ from .effects.coordinates import Motion, MotionParams
 from .kernel import Kernel, kernel
 from .models.contract import InputError
 
+SIGNALS = ("y", *Motion._fields, "load", "bend")
+"""What an effect may ask for in its Inputs."""
+
 
 @dataclass(frozen=True)
 class Attached:
