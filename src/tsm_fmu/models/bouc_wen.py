@@ -10,7 +10,7 @@ Along travel q = rho int |w| dt of direction s, with y = s zeta::
 
 so zeta depends on the path only, moves towards s and never past it: |zeta| <= max(1, |zeta0|) for
 sigma >= 1/2, n >= 1. Travel is a hypergeometric function of y that has no elementary inverse except for n = 1 and 2.
-So, on each side of 0:
+For n = 1 (6a) is linear and solved exactly. Otherwise, on each side of 0:
 
 * within `_NEAR` of 0, where |y|^n is not smooth: the series of travel over y and of its inverse, four terms each::
 
@@ -56,6 +56,8 @@ def bouc_wen_after(zeta: float, travel: float, sigma: float, n: float) -> float:
 
 def _advanced(y: float, q: float, unload: float, n: float) -> float:
     """Solution of Eq (6a) after travel ``q``; ``unload`` is 2 sigma - 1."""
+    if n == 1.0:
+        return _advanced_linear(y, q, unload)
     near = _NEAR / max(1.0, unload)
     while q > 0.0:
         if abs(1.0 - y) < 1e-8:
@@ -77,6 +79,18 @@ def _advanced(y: float, q: float, unload: float, n: float) -> float:
             y = max(1.0, after) if y > 1.0 else min(1.0, after)
         q -= h
     return y
+
+
+def _advanced_linear(y: float, q: float, unload: float) -> float:
+    """Exact solution of Eq (6a) for n = 1."""
+    if y >= 0.0:
+        return 1.0 + (y - 1.0) * math.exp(-q)
+    to_zero = -y if unload == 0.0 else math.log1p(-unload * y) / unload
+    if q >= to_zero:
+        return -math.expm1(to_zero - q)
+    if unload == 0.0:
+        return y + q
+    return y * math.exp(-unload * q) - math.expm1(-unload * q) / unload
 
 
 def _travel_from_zero(y: float, unload: float, n: float) -> float:

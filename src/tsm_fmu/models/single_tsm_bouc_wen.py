@@ -12,7 +12,7 @@ Do, Tjahjowidodo, Lau, Phee, IFToMM ISRM 2013, Eqs (1)-(4)::
 
 F_f is a magnitude, positive on both sides: with a negative one for v < 0 the equilibrium of (2) is lost and F
 runs away. At a = 0 the branch last taken is kept. With v and a held over a step, (2) is the normalised
-Bouc-Wen equation along the travel k v dt / F_f, solved in `bouc_wen` to 1e-8 for any step.
+Bouc-Wen equation along the travel k v dt / F_f, solved in `bouc_wen` for any step, to 1e-7 of F_f.
 
 The published numbers have lost symbols and signs in print. mu1 is negative and kappa1 a decay (MMT 2015 Fig. 4
 prints ten times the same set with its signs); the signs of mu3 and mu4 are open; the last two numbers,
@@ -52,6 +52,7 @@ __all__ = [
 ]
 
 NAME = "SingleTsmBoucWen"
+LOAD = "T_load"
 FRICTION_LIKE = "F"
 
 

@@ -48,6 +48,7 @@ __all__ = [
 ]
 
 NAME = "SingleTsmDahl"
+LOAD = "T_load"
 FRICTION_LIKE = "F"
 
 

@@ -57,6 +57,7 @@ __all__ = [
 ]
 
 NAME = "SingleTsmLuGre"
+LOAD = "T_load"
 FRICTION_LIKE = "F"
 
 
@@ -136,7 +137,7 @@ def check(p: Params) -> None:
         raise InputError(
             f"literal = 1 with rho2 = {p.rho2!r} and mu3 = {p.mu3!r} makes S as low as {least:.5g} for v < 0, where "
             f"zeta escapes to infinity: t_esc = {rest:.4f} s from zeta = 0 and {after:.4f} s out of sliding, at "
-            "|w| = 1 rad/s (MMT 2015, Eqs (5), (10), (11)) -- expected rho2 > |mu3| -- use |S| (literal = 0) or raise rho2"
+            "|w| = 1 rad/s (MMT 2015, Eqs (5), (10)) -- expected rho2 > |mu3| -- use |S| (literal = 0) or raise rho2"
         )
 
 
