@@ -7,8 +7,8 @@ takes: numba clones its functions, the FMU build copies its text. In the order o
 
 A model that can carry friction effects declares, in its own file, ``friction_in(p, u, o)`` (the friction
 in its outputs), ``with_friction(p, u, o, f)`` (the outputs with another friction) and ``FRICTION_LIKE``
-(a variable that has the friction's unit). It names ``MOTION`` (its position input) or has inputs ``v``
-and ``a``, and ``LOAD``, the input or output that loads it. Where the load is itself an output, the
+(a variable that has the friction's unit). It names ``MOTION`` (its position input) or has an input
+``v``, and names ``LOAD``, the input or output that loads it. Where the load is itself an output, the
 friction that depends on it is solved for by secant steps.
 
 An effect's Inputs are any of ``y`` (what it changes), ``x``, ``v``, ``a``, ``s``, ``z`` (effects/coordinates.py),
@@ -95,7 +95,7 @@ def attach(base: Kernel, text: str) -> Attached:
         raise InputError(
             f"effect {name!r} on {base.name} -- it needs a load, which {base.name} has not -- use TendonDrive"
         )
-    moving = hasattr(base.module, "MOTION") or {"v", "a"} <= set(base.module.Inputs._fields)
+    moving = hasattr(base.module, "MOTION") or "v" in base.module.Inputs._fields
     if not moving and set(Motion._fields) & set(module.Inputs._fields):
         raise InputError(
             f"effect {name!r} on {base.name} -- it needs a motion, which {base.name} has not -- use TendonDrive"
@@ -157,7 +157,7 @@ class _Writer:
 
     def _imports(self) -> list[str]:
         names = ["Params", "State", "Inputs", "Outputs", "start", "step"]
-        optional = [n for n in ("check", "friction_in", "with_friction") if hasattr(self.module, n)]
+        optional = [n for n in ("check", "warnings", "friction_in", "with_friction") if hasattr(self.module, n)]
         lines = [f"from .{self.model_file} import {n} as model_{n}" for n in names + optional]
         lines += [f"from .{self.model_file} import PRESETS"]
         for number, a in enumerate(self.attached):
@@ -166,6 +166,7 @@ class _Writer:
             lines += [f"from ..effects.{file} import {n} as e{number}_{n}" for n in [*names, "NEUTRAL", *optional]]
         lines += ["from ..effects.coordinates import Bend, Motion, MotionParams"]
         lines += ["from ..effects.coordinates import motion_from_position, motion_from_speed"]
+        lines += ["from .velocity_filter import filtered_slope"]
         return [*lines, "from .joined import Part, joined"]
 
     def _units(self, a: Attached) -> dict[str, str]:
@@ -200,7 +201,10 @@ class _Writer:
         for number, a in enumerate(self.attached):
             if hasattr(a.module, "check"):
                 lines.append(f"    e{number}_check({self._effect_params(number, a)})")
-        return [*lines, "    return None"]
+        lines += ["    return None"] if len(lines) == 3 else []
+        if hasattr(self.module, "warnings"):
+            lines += ["", "", "def warnings(p):", f"    return model_warnings({self._model_params()})"]
+        return lines
 
     # -- expressions
 
@@ -213,7 +217,9 @@ class _Writer:
     def _own_motion_parameter(self, field: str) -> bool:
         """Tell whether the chain declares a parameter of the coordinates: used, and not the model's already."""
         used = {"x_pre": {"z"}, "tau_v": {"v", "a"}, "tau_a": {"a"}}[field] & self.needs
-        measured = field != "x_pre" and not self.position
+        measured = {"x_pre": False, "tau_v": not self.position, "tau_a": "a" in self.inputs and not self.position}[
+            field
+        ]
         return bool(used) and not measured and field not in self.module.Params._fields
 
     def _motion_parameter(self, field: str) -> str:
@@ -282,12 +288,18 @@ class _Writer:
             return ["    m = 0.0  # no effect asks for the motion"]
         position = f"u.{self.position}" if self.position else "0.0"
         if kind == "start":
-            return [f"    m = Motion({position}, 0.0, 0.0, 0.0, 0.0)"]
+            speed = "0.0" if self.position else "u.v"
+            return [f"    m = Motion({position}, {speed}, 0.0, 0.0, 0.0)"]
         before = f"Motion({', '.join(f's.motion__{f}' for f in Motion._fields)})"
         x_pre, tau_v, tau_a = (self._motion_parameter(f) for f in ("x_pre", "tau_v", "tau_a"))
         if self.position:
             return [f"    m = motion_from_position({before}, {position}, {x_pre}, {tau_v}, {tau_a}, dt)"]
-        return [f"    m = motion_from_speed({before}, u.v, u.a, {x_pre}, dt)"]
+        if "a" in self.inputs:
+            return [f"    m = motion_from_speed({before}, u.v, u.a, {x_pre}, dt)"]
+        return [
+            f"    a = filtered_slope(s.motion__a, s.motion__v, u.v, dt, {tau_a})",
+            f"    m = motion_from_speed({before}, u.v, a, {x_pre}, dt)",
+        ]
 
     def _friction_passage(self, kind: str) -> list[str]:
         if not self.friction:

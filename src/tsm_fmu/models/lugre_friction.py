@@ -19,6 +19,7 @@ from .contract import Preset, Quantity
 from .lugre import bristle_after, can_generate_energy, friction, stribeck
 
 NAME = "LuGreFriction"
+FRICTION_LIKE = "F"
 
 
 class Params(NamedTuple):
@@ -89,3 +90,13 @@ def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
 def _outputs(p: Params, z: float, v: float) -> Outputs:
     f = friction(z, v, stribeck(v, p.F_c, p.F_s, p.v_s) / p.sigma0, p.sigma0, p.sigma1, p.sigma2)  # (40c)
     return Outputs(f, f * v)
+
+
+def friction_in(p: Params, u: Inputs, o: Outputs) -> float:
+    """Friction in the outputs, for the effects that change it."""
+    return o.F
+
+
+def with_friction(p: Params, u: Inputs, o: Outputs, f: float) -> Outputs:
+    """The outputs with friction ``f`` instead."""
+    return Outputs(f, f * u.v)
