@@ -82,3 +82,11 @@ def test_a_defect_of_ours_is_exit_code_1_with_the_traceback(failing_verb, capsys
     shown = capsys.readouterr().err
     assert "Traceback" in shown
     assert "a defect of ours" in shown
+
+
+def test_list_shows_effects_with_units_in_brackets(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    assert run(["list"]) == 0
+    shown = capsys.readouterr().out
+    assert "load_dependence" in shown
+    assert "tau [s]" in shown  # a bracket is text here, not a style of the console

@@ -6,8 +6,10 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
+from ..effects import EFFECTS
 from ..kernel import Kernel
 from ..models import MODELS
 from ..models.contract import Variable
@@ -19,7 +21,8 @@ def list_models(as_json: Annotated[bool, typer.Option("--json", help="One JSON o
     """Models, effects, presets, variables with units."""
     kernels = [Kernel(module) for module in MODELS]
     if as_json:
-        print_json({"models": {k.name: _described(k) for k in kernels}, "effects": {}})
+        effects = {k.name: _described_effect(k) for k in map(Kernel, EFFECTS)}
+        print_json({"models": {k.name: _described(k) for k in kernels}, "effects": effects})
         return
     console = Console()
     for k in kernels:
@@ -29,8 +32,21 @@ def list_models(as_json: Annotated[bool, typer.Option("--json", help="One JSON o
         for role in ("inputs", "outputs", "parameters"):
             for v in getattr(k, role):
                 start = f"{v.start:g}" if role == "parameters" else ""
-                table.add_row(role[:-1], v.name, v.quantity.unit, start, _bounds(v), v.quantity.meaning)
+                table.add_row(role[:-1], v.name, v.quantity.unit, start, escape(_bounds(v)), escape(v.quantity.meaning))
         console.print(table)
+    table = Table(title="Effects: attach one as id, or id@channel", title_justify="left")
+    for heading in ("effect", "acts on", "signature", "parameters"):
+        table.add_column(heading)
+    for k in map(Kernel, EFFECTS):
+        names = ", ".join(f"{v.name} [{v.quantity.unit}]" for v in k.parameters)
+        table.add_row(k.name, ", ".join(k.module.PLACES), k.module.SIGNATURE, escape(names))
+    console.print(table)
+
+
+def _described_effect(k: Kernel) -> dict[str, Any]:
+    """An effect's units are relative: {F} the friction, {load} the load, {x} the input motion, {y} its channel."""
+    parameters = [_variable(v) for v in k.parameters]
+    return {"places": list(k.module.PLACES), "signature": k.module.SIGNATURE, "parameters": parameters}
 
 
 def _described(k: Kernel) -> dict[str, Any]:
