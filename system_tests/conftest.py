@@ -86,11 +86,12 @@ def instance() -> Callable[..., object]:
 
 
 def wandering_inputs(k: Kernel, time: np.ndarray, seed: int = 20) -> np.ndarray:
-    """Inputs with turns inside, forces and tensions above zero; shape (len(time), number of inputs)."""
+    """Inputs with turns inside, forces and angles above zero; shape (len(time), number of inputs)."""
     random = np.random.default_rng(seed)
     columns = []
     for v in k.inputs:
         f1, f2, phase = random.uniform(0.23, 0.71), random.uniform(1.3, 2.9), random.uniform(0.0, 6.0)
         wave = 0.31 * np.sin(2 * np.pi * f1 * time + phase) + 0.083 * np.sin(2 * np.pi * f2 * time)
-        columns.append(wave + (2.3 if v.quantity.unit == "N" else 0.0))
+        scale, offset = {"N": (1.0, 2.3), "rad": (4.0, 1.8)}.get(v.quantity.unit, (1.0, 0.0))
+        columns.append(scale * wave + offset)
     return np.stack(columns, axis=1) if columns else np.empty((time.size, 0))

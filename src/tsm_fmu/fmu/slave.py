@@ -7,7 +7,11 @@ logged with its value, outputs become NaN where there is no valid state, and the
 until the instance is reset or an earlier state is set.
 """
 
+import atexit
+import ctypes
 import math
+import os
+import sys
 from types import ModuleType
 from typing import Any, ClassVar
 from xml.etree import ElementTree
@@ -21,6 +25,13 @@ TIME_TOLERANCE = 1e-3
 """How far a step may begin from the end of the last one, as a part of the step..."""
 ROUNDING = 1e-15
 """... and as a part of the time: hosts add up their clocks in different ways."""
+
+_HELD: list[dict[str, Any]] = []
+"""Namespace of the start script, once for each execution. At every instantiation PythonFMU's library executes the
+script again and drops a reference to its namespace that it does not own: without these the namespace is freed while
+in use, and the host crashes a few instances later."""
+
+_LET_GO: set[int] = set()
 
 BEFORE_START = "step before the end of initialisation -- call exitInitializationMode"
 
@@ -43,6 +54,11 @@ class KernelSlave(Fmi2Slave):
     kernel: ClassVar[ModuleType]
     guid_built: ClassVar[str] = ""
     start_values: ClassVar[dict[str, float]] = {}
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if cls.__module__ in sys.modules:
+            _HELD.append(vars(sys.modules[cls.__module__]))
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -72,6 +88,7 @@ class KernelSlave(Fmi2Slave):
         self._stale = True  # outputs are older than parameters or inputs; before the first step only
         self._slack_told = False
         self._not_started = BEFORE_START
+        _let_go_at_exit(f"{self.resources}/../binaries/linux64/{type(self).__name__}.so")
         self._fault = self._foreign_description()  # what only a reset or an earlier state clears
         if self._fault:
             self._tell(self._fault)
@@ -303,3 +320,22 @@ class KernelSlave(Fmi2Slave):
 
     def _tell(self, message: str, status: Fmi2Status = Fmi2Status.error) -> None:
         self.log(f"{type(self).__name__}: {message}", status)
+
+
+def _let_go_at_exit(library: str) -> None:
+    """Make PythonFMU's Linux library drop its hold on the interpreter before the process ends.
+
+    By itself it does so twice, the second time through freed memory, which now and then aborts the host at
+    its very end ("corrupted double-linked list"). Only where Python is the host: elsewhere this call would
+    end the interpreter.
+    """
+    if sys.platform != "linux" or not sys.orig_argv:
+        return
+    try:
+        loaded = ctypes.CDLL(library, mode=os.RTLD_NOLOAD | os.RTLD_NOW)
+        finalize = loaded.finalizePythonInterpreter
+    except (OSError, AttributeError):
+        return  # not run by PythonFMU's library
+    if loaded._handle not in _LET_GO:
+        _LET_GO.add(loaded._handle)
+        atexit.register(finalize)
