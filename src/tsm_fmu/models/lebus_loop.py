@@ -251,6 +251,7 @@ def _stop(
     y = hi
     T_a = 0.0
     T_b = 0.0
+    side = 0
     for turn in range(300):
         y = hi - g_hi * (hi - lo) / (g_hi - g_lo)
         if not lo < y < hi or turn % 20 == 19:
@@ -263,11 +264,15 @@ def _stop(
         if excess > 0.0:
             lo = y
             g_lo = excess
-            g_hi *= 0.5
+            if side > 0:
+                g_hi *= 0.5
+            side = 1
         else:
             hi = y
             g_hi = excess
-            g_lo *= 0.5
+            if side < 0:
+                g_lo *= 0.5
+            side = -1
     return y, T_a, T_b
 
 
