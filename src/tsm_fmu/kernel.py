@@ -175,7 +175,7 @@ def compile_kernel(module: ModuleType) -> CompiledKernel:
 def _njit(function: Any) -> Any:
     from numba import njit  # heavy: only those who compile pay for the import
 
-    return njit(error_model="numpy")(function)
+    return njit(error_model="numpy", nogil=True)(function)
 
 
 def _clone(function: FunctionType, clones: dict[FunctionType, Any]) -> Any:

@@ -6,9 +6,11 @@ All parameter values of a problem are one table of shape (runs, parameters), in 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,14 @@ BoolArray = NDArray[np.bool_]
 
 MAX_ROWS = 100_000
 """Rows of the optimiser's residual; longer data are averaged over blocks (every sample is still simulated)."""
+PARALLEL_ROWS = 50_000
+"""Below so many rows to simulate, threads cost more than they give."""
+
+
+@cache
+def _workers() -> ThreadPoolExecutor:
+    """Threads for simulations: compiled kernels run without the interpreter's lock."""
+    return ThreadPoolExecutor(os.cpu_count())
 
 
 @dataclass(frozen=True)
@@ -146,6 +156,12 @@ class Problem:
     def residual(self, run: int, row: FloatArray) -> FloatArray:
         """Weighted residual of one run, averaged over blocks, channel by channel, shape (rows,)."""
         return self.condensed((self.outputs(run, row) - self.runs[run].targets) * self.weights)
+
+    def residuals(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+        """Residuals of several (run, row of values), simulated side by side."""
+        if len(wanted) < 2 or sum(self.runs[k].time.size for k, _ in wanted) < PARALLEL_ROWS:
+            return [self.residual(k, row) for k, row in wanted]
+        return list(_workers().map(lambda item: self.residual(*item), wanted))
 
     def condensed(self, samples: FloatArray) -> FloatArray:
         """Block means times the root of the block length: a constant keeps its sum of squares."""

@@ -85,19 +85,19 @@ class Projection:
         self._hi = np.array([problem.parameters[f].max for f in shared])
         self.simulations = 0
 
-    def residual(self, run: int, row: FloatArray) -> FloatArray:
-        self.simulations += 1
-        return self.problem.residual(run, row)
-
     def __call__(self, table: FloatArray) -> Projected | None:
         """Solve at ``table`` (its eliminated values only serve as reference); None where the model fails."""
+        columns = [*self._shared, *self._own]
+        wanted = [(k, row) for k in range(len(self.problem.runs)) for row in self._probes(table[k], columns)]
+        found = self.problem.residuals(wanted)
+        self.simulations += len(wanted)
         left, effects, own_bases, own_maps = [], [], [], []
         for k in range(len(self.problem.runs)):
-            r = self.residual(k, table[k])
+            r, *moved = found[k * (1 + len(columns)) : (k + 1) * (1 + len(columns))]
             if not np.isfinite(r).all():
                 return None
-            of_shared = self._effect(k, table[k], r, self._shared)
-            of_own = self._effect(k, table[k], r, self._own)
+            effect = np.nan_to_num(np.column_stack([m - r for m in moved]) if moved else np.empty((r.size, 0)))
+            of_shared, of_own = effect[:, : len(self._shared)], effect[:, len(self._shared) :]
             basis, back = _factor(of_own)
             own_bases.append(basis)
             own_maps.append((back, r, of_shared))
@@ -114,13 +114,14 @@ class Projection:
         basis, _ = _factor(effect[:, free])
         return Projected(solved, residual + effect @ change, tuple(own_bases), basis)
 
-    def _effect(self, run: int, row: FloatArray, r: FloatArray, columns: list[int]) -> FloatArray:
-        effect = np.empty((r.size, len(columns)))
-        for i, j in enumerate(columns):
+    def _probes(self, row: FloatArray, columns: list[int]) -> list[FloatArray]:
+        """The row itself, then with each eliminated parameter moved."""
+        probes = [row]
+        for j in columns:
             moved = row.copy()
             moved[j] += self._size[j]
-            effect[:, i] = self.residual(run, moved) - r
-        return np.nan_to_num(effect, nan=0.0, posinf=0.0, neginf=0.0)
+            probes.append(moved)
+        return probes
 
     def _solve(self, effect: FloatArray, residual: FloatArray, row: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Change of the shared eliminated parameters [in their sizes] within bounds, and which ones are free."""

@@ -13,14 +13,16 @@ from .coordinates import Coordinates
 from .problem import FloatArray, Problem
 from .projection import Projected, Projection
 from .seeds import starts
-from .structure import linear_parameters, sensitivity_scales
+from .structure import linear_parameters, sensitivity_scales, thinned
 
 DRAWS = 32
 REFINED = 3
 SCOUT_RUNS = 3
-"""With more runs than this, the starts are compared on a spread of so many."""
+SCOUT_ROWS = 3000
+"""Starts are compared on so many runs and rows; the best is refined on everything."""
 STEP = 1e-6
-TOLERANCE = 1e-10
+TOLERANCE = 1e-8
+MOST_STEPS = 60
 
 Progress = Callable[[int, float], None]
 """Called with the number of simulations and the weighted RMS error of the best point so far."""
@@ -40,6 +42,8 @@ class Search:
         Simulations of one run.
     linear : frozenset of str
         Fields in which the channels are jointly affine.
+    constrained : bool
+        A bound or a joint condition holds the fit: nothing shared is eliminated any more.
     """
 
     progress: Progress | None = None
@@ -47,6 +51,7 @@ class Search:
     error: float = math.inf
     simulations: int = 0
     linear: frozenset[str] = frozenset()
+    constrained: bool = False
 
     def offer(self, table: FloatArray, error: float) -> None:
         if error < self.error:
@@ -71,31 +76,32 @@ def search_fast(problem: Problem, search: Search, seed: int, start: FloatArray |
         Table to refine; without it, several starts.
     """
     scales = sensitivity_scales(problem)
-    search.linear = linear_parameters(problem, seed)
+    search.linear = search.linear or linear_parameters(problem, seed)
     own = tuple(f for f in problem.own if f in search.linear and _unbounded(problem, f))
-    shared = tuple(f for f in problem.shared if f in search.linear)
-    solver = _Solver(problem, search, shared, own, scales, problem.start())
-    if start is not None:
-        table = solver.refined(solver.coordinates.of(start))
-    elif len(problem.runs) > SCOUT_RUNS:
-        table = solver.refined(solver.coordinates.of(_scouted(problem, search, solver, seed)))
-    else:
-        table = solver.multistart(seed)
+    shared = tuple(f for f in problem.shared if f in search.linear and not search.constrained)
+    solver = _Solver(problem, search, shared, own, scales, problem.start() if start is None else start)
+    if start is None:
+        start = _scouted(problem, search, (shared, own, scales), seed)
+    table = solver.refined(solver.coordinates.of(start))
     if not shared or not any(_outside(problem, row) for row in table):
         return table
-    search.best, search.error = None, math.inf  # what was found so far is not allowed
+    search.best, search.error, search.constrained = None, math.inf, True  # what was found so far is not allowed
     inside = drawn_inside(problem, table)
     constrained = _Solver(problem, search, (), own, scales, inside)
     return constrained.refined(constrained.coordinates.of(inside))
 
 
-def _scouted(problem: Problem, search: Search, solver: _Solver, seed: int) -> FloatArray:
-    """Best start of a few runs that are spread over all."""
+def _scouted(problem: Problem, search: Search, eliminates: _Eliminates, seed: int) -> FloatArray:
+    """Best start, found on a few runs that are spread over all, thinned: the models step exactly."""
     some = np.unique(np.linspace(0, len(problem.runs) - 1, SCOUT_RUNS).astype(int))
-    scout = solver.on(problem.with_runs([problem.runs[i] for i in some]))
+    few = problem.with_runs([thinned(problem.runs[i], SCOUT_ROWS) for i in some])
+    scout = _Solver(few, Search(), *eliminates, few.start(), tolerance=1e-5)
     found = scout.multistart(seed)
     search.simulations += scout.search.simulations
     return np.where([f in problem.per_run for f in problem.fields], problem.start(), found[0])
+
+
+_Eliminates = tuple[tuple[str, ...], tuple[str, ...], Mapping[str, float]]
 
 
 class _Solver:
@@ -109,18 +115,14 @@ class _Solver:
         own: tuple[str, ...],
         scales: Mapping[str, float],
         table: FloatArray,
+        tolerance: float = TOLERANCE,
     ) -> None:
-        self.problem, self.search = problem, search
-        self._eliminates = shared, own, scales
+        self.problem, self.search, self.tolerance = problem, search, tolerance
         self.projection = Projection(problem, shared, own, scales)
         searched = [f for f in problem.shared if f not in shared]
         searched_own = [f for f in problem.own if f not in own]
         self.coordinates = Coordinates(problem, searched, searched_own, scales, table)
         self._at: tuple[bytes | None, Projected | None] = (None, None)
-
-    def on(self, problem: Problem) -> _Solver:
-        """The same search on other runs, with its own bookkeeping."""
-        return _Solver(problem, Search(), *self._eliminates, problem.start())
 
     def multistart(self, seed: int) -> FloatArray:
         """Best of several refined starts."""
@@ -150,10 +152,10 @@ class _Solver:
                 jac=self._jacobian,  # pyright: ignore[reportArgumentType]
                 bounds=(self.coordinates.lo, self.coordinates.hi),
                 x_scale="jac",
-                ftol=TOLERANCE,
-                xtol=TOLERANCE,
-                gtol=TOLERANCE,
-                max_nfev=100,
+                ftol=self.tolerance,
+                xtol=self.tolerance,
+                gtol=self.tolerance,
+                max_nfev=MOST_STEPS,
             )
             q = found.x
         point = self.projected(q)
@@ -187,6 +189,7 @@ class _Solver:
             raise ValueError("no derivative where the model fails")
         eliminated = [self.problem.fields.index(f) for f in self.problem.fields if self._eliminated(f)]
         columns = np.zeros((point.residual.size, len(self.coordinates.axes)))
+        wanted: list[tuple[int, int, float, FloatArray]] = []
         for i, axis in enumerate(self.coordinates.axes):
             h = STEP if q[i] + STEP < self.coordinates.hi[i] else -STEP
             moved = q.copy()
@@ -194,9 +197,11 @@ class _Solver:
             table = self.coordinates.table(moved)
             table[:, eliminated] = point.table[:, eliminated]
             for k in range(len(self.problem.runs)) if axis.run is None else (axis.run,):
-                rows = point.rows[k]
-                columns[rows, i] = (self.projection.residual(k, table[k]) - point.residual[rows]) / h
-        self.search.simulations += columns.shape[1] * len(self.problem.runs)
+                wanted.append((i, k, h, table[k]))
+        moved_to = self.problem.residuals([(k, row) for _, k, _, row in wanted])
+        for (i, k, h, _), residual in zip(wanted, moved_to, strict=True):
+            columns[point.rows[k], i] = (residual - point.residual[point.rows[k]]) / h
+        self.search.simulations += len(wanted)
         return point.reduced(np.nan_to_num(columns, nan=0.0, posinf=0.0, neginf=0.0))
 
     def _eliminated(self, field: str) -> bool:

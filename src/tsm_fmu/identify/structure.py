@@ -17,6 +17,8 @@ from .problem import FitRun, FloatArray, Problem
 PROBE_ROWS = 4000
 TOLERANCE = 1e-9
 """Largest second difference, relative to the first ones, that counts as rounding."""
+IDLE = 1e-6
+"""A parameter that moves the outputs by less than this part shows nothing about its form: it is searched."""
 
 
 def sensitivity_scales(problem: Problem) -> dict[str, float]:
@@ -58,7 +60,7 @@ def linear_parameters(problem: Problem, seed: int = 0) -> frozenset[str]:
     rng = np.random.default_rng(seed)
     free = [*problem.shared, *problem.own]
     run = max(range(len(problem.runs)), key=lambda k: float(np.ptp(problem.runs[k].inputs, axis=0).sum()))
-    probe = problem.with_runs([_thinned(problem.runs[run])])
+    probe = problem.with_runs([thinned(problem.runs[run], PROBE_ROWS)])
     base = probe.start()[0]
     affine = {name: True for name in free}
     joint = {pair: True for pair in combinations(free, 2)}
@@ -72,6 +74,7 @@ def linear_parameters(problem: Problem, seed: int = 0) -> frozenset[str]:
         moved = {f: probe.outputs(0, _moved(probe, row, {f: steps[f]})) for f in free}
         for name in free:
             twice = probe.outputs(0, _moved(probe, row, {name: 2.0 * steps[name]}))
+            affine[name] &= bool(np.max(abs(moved[name] - y0)) > IDLE * np.max(abs(y0)))
             affine[name] &= _vanishes(twice - 2.0 * moved[name] + y0, moved[name] - y0, y0)
         for a, b in joint:
             if affine[a] and affine[b] and joint[a, b]:
@@ -85,9 +88,9 @@ def linear_parameters(problem: Problem, seed: int = 0) -> frozenset[str]:
     return frozenset(chosen)
 
 
-def _thinned(run: FitRun) -> FitRun:
-    """Every m-th row: the probing needs the excitation, not the samples."""
-    m = max(1, run.time.size // PROBE_ROWS)
+def thinned(run: FitRun, rows: int) -> FitRun:
+    """Every m-th row, about ``rows`` in all: enough where the excitation matters and the samples do not."""
+    m = max(1, run.time.size // rows)
     return FitRun(run.name, *(np.ascontiguousarray(a[::m]) for a in (run.time, run.inputs, run.targets)))
 
 
@@ -106,5 +109,5 @@ def _moved(problem: Problem, row: FloatArray, changes: dict[str, float]) -> Floa
 
 
 def _vanishes(second: FloatArray, first: FloatArray, level: FloatArray) -> bool:
-    size = np.max(abs(first)) + 1e-6 * np.max(abs(level))
+    size = np.max(abs(first)) + IDLE * np.max(abs(level))
     return bool(np.isfinite(second).all() and np.max(abs(second)) <= TOLERANCE * size)
