@@ -39,12 +39,14 @@ def slope_response(a_1: float, a_0: float, t: float) -> tuple[float, float]:
         fast = middle - d  # (L4); the slow pole from the product, where the sum would cancel
         slow = a_0 / fast
         e = -math.exp(slow * t) * math.expm1(-2.0 * d * t) / (2.0 * d)
-        return e, (math.expm1(slow * t) / slow - math.expm1(fast * t) / fast) / (2.0 * d)
-    if square < 0.0:
+        if d > 0.05 * a_1:  # poles apart: the form below would lose the digits of G when a_0 << a_1^2
+            return e, (math.expm1(slow * t) / slow - math.expm1(fast * t) / fast) / (2.0 * d)
+        rate = slow * e + math.exp(fast * t)  # E'
+    elif square < 0.0:
         w = math.sqrt(-square)
         decay = math.exp(middle * t)
         e = decay * math.sin(w * t) / w
-        rate = decay * math.cos(w * t) + middle * e  # E'
+        rate = decay * math.cos(w * t) + middle * e
     else:
         decay = math.exp(middle * t)
         e = t * decay
