@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+
 from tsm_fmu.kernel import Kernel
 from tsm_fmu.models import dc_motor
 from tsm_fmu.models.dc_motor import Inputs, Params, State, start, step
@@ -66,7 +67,9 @@ def reference(p: Params, segments: list[tuple[float, float, float]], rest: tuple
 
             stops.terminal = turns.terminal = True  # type: ignore[attr-defined]
             stops.direction = turns.direction = -1.0  # type: ignore[attr-defined]
-            run = solve_ivp(rhs, (t, duration), y, "DOP853", rtol=1e-12, atol=1e-14, events=[stops, turns])
+            run = solve_ivp(
+                rhs, (t, duration), y, "DOP853", rtol=1e-12, atol=1e-14, max_step=4e-4, events=[stops, turns]
+            )
             t, y = run.t[-1], run.y[:, -1]
             if run.t_events[0].size:
                 y[1] = 0.0

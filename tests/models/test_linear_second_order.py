@@ -5,6 +5,7 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
+
 from tsm_fmu.models.linear_second_order import first_fall_below_zero, response, slope_response
 
 CASES = [
