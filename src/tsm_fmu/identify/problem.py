@@ -23,7 +23,7 @@ from ..models.contract import InputError, Variable
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-MAX_ROWS = 100_000
+MAX_ROWS = 40_000
 """Rows of the optimiser's residual; longer data are averaged over blocks (every sample is still simulated)."""
 PARALLEL_ROWS = 50_000
 """Below so many rows to simulate, threads cost more than they give."""

@@ -20,8 +20,10 @@ REFINED = 3
 SCOUT_RUNS = 3
 SCOUT_ROWS = 3000
 """Starts are compared on so many runs and rows; the best is refined on everything."""
+COARSE_ROWS = 100_000
+"""Above so many rows in all, a fit to thinned runs comes before the one to every sample."""
 STEP = 1e-6
-TOLERANCE = 1e-8
+TOLERANCE = 1e-7
 MOST_STEPS = 60
 
 Progress = Callable[[int, float], None]
@@ -82,6 +84,11 @@ def search_fast(problem: Problem, search: Search, seed: int, start: FloatArray |
     solver = _Solver(problem, search, shared, own, scales, problem.start() if start is None else start)
     if start is None:
         start = _scouted(problem, search, (shared, own, scales), seed)
+        if sum(run.time.size for run in problem.runs) > COARSE_ROWS:
+            coarse = problem.with_runs([thinned(run, SCOUT_ROWS) for run in problem.runs])
+            first = _Solver(coarse, Search(), shared, own, scales, start)
+            start = first.refined(first.coordinates.of(start))
+            search.simulations += first.search.simulations
     table = solver.refined(solver.coordinates.of(start))
     if not shared or not any(_outside(problem, row) for row in table):
         return table
