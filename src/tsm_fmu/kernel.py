@@ -133,7 +133,8 @@ class Kernel:
         if t.ndim != 1 or t.size == 0 or u.shape != (t.size, len(self.inputs)):
             raise InputError(
                 f"inputs of shape {u.shape} at times of shape {t.shape} for {self.name} -- expected "
-                f"({t.size}, {len(self.inputs)}): one column for each of {', '.join(v.name for v in self.inputs)}"
+                f"({t.size}, {len(self.inputs)}): one column for each of "
+                f"{', '.join(v.name for v in self.inputs) or 'no inputs'}"
             )
         if not np.isfinite(u).all():
             row, column = np.argwhere(~np.isfinite(u))[0]
@@ -141,10 +142,13 @@ class Kernel:
                 f"input {self.inputs[column].name} = {u[row, column]} in row {row} (t = {t[row]:g} s) -- expected a "
                 "finite number -- cut or repair the log"
             )
-        if not (np.diff(t) > 0).all() or not np.isfinite(t).all():
+        if not np.isfinite(t).all():
+            row = int(np.argmin(np.isfinite(t)))
+            raise InputError(f"time {t[row]} s in row {row} -- expected a finite number -- cut or repair the log")
+        if not (np.diff(t) > 0).all():
             row = int(np.argmax(~(np.diff(t) > 0))) + 1
             raise InputError(
-                f"time {t[row]!r} s in row {row} -- expected more than {t[row - 1]!r} s -- sort or cut the log"
+                f"time {t[row]} s in row {row} -- expected more than {t[row - 1]} s -- sort or cut the log"
             )
         y = np.empty((t.size, len(self.outputs)))
         run = self._compiled.run if compiled else _runner(self.module, self.module.start, self.module.step)
@@ -214,7 +218,7 @@ def _number(variable: Variable, value: Any) -> float:
         number = float(value)
     except (TypeError, ValueError):
         number = math.nan
-    if math.isnan(number) or (variable.kind is int and number != int(number)):
+    if math.isnan(number) or (variable.kind is int and not number.is_integer()):
         kind = "an integer" if variable.kind is int else "a number"
         raise InputError(f"parameter {variable.name} = {value!r} -- expected {kind} [{variable.quantity.unit}]")
     return variable.kind(number)
