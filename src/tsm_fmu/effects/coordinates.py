@@ -34,6 +34,20 @@ class MotionParams(NamedTuple):
     tau_a: Annotated[float, Quantity("s", "time constant of the acceleration filter", lo=0.0)] = 0.02
 
 
+NAME = "coordinates"
+Params = MotionParams
+State = Outputs = Motion
+
+
+class Inputs(NamedTuple):
+    """The coordinates of a position are a kernel of their own, for those who only want to look at them."""
+
+    x: Annotated[float, Quantity("1", "input position")]
+
+
+PRESETS = {}
+
+
 class Bend(NamedTuple):
     """Input that a chain gains with an effect of the sheath's angle."""
 
@@ -50,3 +64,13 @@ def motion_from_position(m: Motion, x: float, x_pre: float, tau_v: float, tau_a:
 def motion_from_speed(m: Motion, v: float, a: float, x_pre: float, dt: float) -> Motion:
     """Coordinates after a step at the measured speed and acceleration."""
     return Motion(m.x + v * dt, v, a, held_sign(v, m.s), bristle_after(m.z, v / x_pre, dt, 1.0))  # (1), (2)
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    m = Motion(u.x, 0.0, 0.0, 0.0, 0.0)
+    return m, m
+
+
+def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+    m = motion_from_position(s, u.x, p.x_pre, p.tau_v, p.tau_a, dt)
+    return m, m

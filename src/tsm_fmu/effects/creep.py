@@ -15,6 +15,7 @@ from .lag import lagged
 
 NAME = "creep"
 PLACES = ("friction", "output")
+MOTION_ONLY = True  # among outputs, it makes sense on a position
 SIGNATURE = "drift at hold"
 
 

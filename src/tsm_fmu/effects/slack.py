@@ -15,6 +15,7 @@ from ..models.contract import Quantity
 
 NAME = "slack"
 PLACES = ("output",)
+MOTION_ONLY = True  # among outputs, it makes sense on a position
 SIGNATURE = "one side goes free"
 
 

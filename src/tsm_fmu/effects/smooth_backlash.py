@@ -15,6 +15,7 @@ from ..models.contract import Quantity
 
 NAME = "smooth_backlash"
 PLACES = ("output", "input")
+MOTION_ONLY = True  # among outputs, it makes sense on a position
 SIGNATURE = "rounded flat"
 
 

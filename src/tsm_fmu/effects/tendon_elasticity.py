@@ -13,6 +13,7 @@ from ..models.contract import Quantity
 
 NAME = "tendon_elasticity"
 PLACES = ("output",)
+MOTION_ONLY = True  # among outputs, it makes sense on a position
 SIGNATURE = "lost motion proportional to tension"
 
 

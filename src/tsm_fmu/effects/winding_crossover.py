@@ -17,6 +17,7 @@ from ..models.contract import Quantity
 
 NAME = "winding_crossover"
 PLACES = ("friction", "output", "input")
+MOTION_ONLY = True  # among outputs, it makes sense on a position
 SIGNATURE = "two bursts a turn, step per layer"
 
 

@@ -1,0 +1,101 @@
+"""Where a run is at each sample: the coordinates over which a residual is looked at, and that effects are driven by."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..effects import coordinates
+from ..identify.problem import FitRun, FloatArray
+from ..kernel import Kernel
+from .study import motion_channel
+
+MOTION = Kernel(coordinates)
+REST = 0.02
+"""A speed below this part of its RMS counts as standing still."""
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """Coordinates of one run, arrays of shape (n,).
+
+    Attributes
+    ----------
+    x, v, a, s, z : ndarray
+        Position, speed, acceleration, direction and presliding state of the input motion.
+    since_reversal : ndarray
+        Travel since the last reversal, in the unit of x.
+    dwell : ndarray
+        Length of the last stand-still [s], from its end on.
+    load : ndarray or None
+    time : ndarray
+    """
+
+    x: FloatArray
+    v: FloatArray
+    a: FloatArray
+    s: FloatArray
+    z: FloatArray
+    since_reversal: FloatArray
+    dwell: FloatArray
+    load: FloatArray | None
+    time: FloatArray
+
+
+def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: float | None = None) -> Coordinates:
+    """Coordinates of a run; the speed is smoothed over a hundredth of the run's fastest reversal.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    run : FitRun
+    load : ndarray or None
+        Load signal, measured or estimated.
+    x_pre : float, optional
+        Presliding distance of z; default 2 % of the largest stroke.
+    """
+    names = [v.name for v in kernel.inputs]
+    channel = motion_channel(kernel)
+    dt = np.diff(run.time, prepend=run.time[0])
+    motion = run.inputs[:, names.index(channel)] if channel else np.zeros(run.time.size)
+    x = np.cumsum(motion * dt) if channel == "v" else motion
+    span = float(np.ptp(x)) or 1.0
+    lag = 0.0 if channel == "v" else 2.0 * float(np.median(dt[1:]))
+    p = MOTION.params(None, {"x_pre": x_pre or 0.02 * span, "tau_v": lag, "tau_a": 2.0 * lag})
+    _, v, a, s, z = MOTION.simulate(p, run.time, x[:, None]).T
+    if channel == "v":
+        v = motion
+    if "a" in names:
+        a = run.inputs[:, names.index("a")]
+    turned = np.flatnonzero(np.diff(_settled_direction(x, 0.002 * span))) + 1
+    last = np.searchsorted(turned, np.arange(x.size), side="right") - 1
+    since = np.where(last >= 0, np.abs(x - x[turned[np.maximum(last, 0)]]) if turned.size else span, span)
+    return Coordinates(x, v, a, s, z, since, _last_hold(v, run.time), load, run.time)
+
+
+def _settled_direction(x: FloatArray, dead: float) -> FloatArray:
+    """Direction of motion that ignores wobble below ``dead``, dated back to the turning point."""
+    direction = np.zeros(x.size)
+    extreme, at, now = x[0], 0, 0.0
+    for k in range(1, x.size):
+        if (now >= 0.0 and x[k] > extreme) or (now <= 0.0 and x[k] < extreme and now != 0.0):
+            extreme, at = x[k], k
+        elif abs(x[k] - extreme) > dead:
+            direction[at:k] = now if now else np.sign(x[k] - extreme)
+            now = float(np.sign(x[k] - extreme))
+            direction[at + 1 : k + 1] = now
+            extreme, at = x[k], k
+        direction[k] = now
+    return direction
+
+
+def _last_hold(v: FloatArray, time: FloatArray) -> FloatArray:
+    moving = np.abs(v) > REST * np.sqrt(np.mean(v**2))
+    hold, lengths, began = 0.0, np.zeros(v.size), time[0]
+    for k in range(v.size):
+        if moving[k]:
+            lengths[k], began = hold, time[k]
+        else:
+            hold = lengths[k] = time[k] - began
+    return lengths
