@@ -141,6 +141,10 @@ def _print(result: Fit, out: Path, notes: tuple[str, ...]) -> None:
         from ..identify.fit import SETTLING
 
         console.print(f"Held-out runs: the first {SETTLING:g} s give offset and initial state and are not scored.")
+    for channel, floor in result.noise_floor.items():
+        unit = result.measured[channel].unit
+        value = f"{math.degrees(floor):.4g} deg" if unit == "rad" else f"{floor:.4g} {unit}"
+        console.print(f"Noise floor of {channel}: {value}, the part that does not repeat from period to period.")
     for finding in result.findings:
         console.print(f"Note: {finding}.")
     console.print(f"{out}  ({result.evaluations} simulations, {result.wall_s:.2f} s)", soft_wrap=True)

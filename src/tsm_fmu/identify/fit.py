@@ -13,12 +13,14 @@ from lmfit import Parameters
 from ..kernel import Kernel
 from ..models.contract import InputError
 from .findings import conditions_met, fields_on_bound, findings
+from .genetic import search_paper
 from .problem import FitRun, FloatArray, Problem
+from .residuals import ResidualTests, noise_floor, residual_tests
 from .scores import Agreement, agreement
 from .search import Progress, Search, drawn_inside, search_fast
 from .uncertainty import Uncertainty, uncertainty
 
-METHODS = ("fast", "paper")
+METHODS = {"fast": search_fast, "paper": search_paper}
 SETTLING = 2.0
 """Seconds of a held-out run that give its initial state and offset, and are not scored."""
 REWEIGHTINGS = 2
@@ -58,6 +60,10 @@ class Fit:
         Fields that these runs do not determine.
     findings : tuple of str
         What the user should know, in sentences.
+    residuals : mapping of str to ResidualTests
+        Of each channel over the measured runs.
+    noise_floor : mapping of str to float
+        RMS by which each channel does not repeat from period to period, of the measured runs whose motion repeats.
     uncertainty : Uncertainty
     evaluations : int
         Simulations of one run.
@@ -78,6 +84,8 @@ class Fit:
     at_bound: frozenset[str]
     undetermined: tuple[str, ...]
     findings: tuple[str, ...]
+    residuals: Mapping[str, ResidualTests]
+    noise_floor: Mapping[str, float]
     uncertainty: Uncertainty
     evaluations: int
     wall_s: float
@@ -144,11 +152,11 @@ def fit(
     search = Search(progress)
     complete = True
     try:
-        table = _searched(problem, search, method, seed)
+        table = METHODS[method](problem, search, seed)
         for _ in range(REWEIGHTINGS if len(problem.channels) > 1 and weights is None else 0):
             problem = problem.reweighted(_weights(problem, table))
             search.best, search.error = None, math.inf
-            table = search_fast(problem, search, seed, table)
+            table = METHODS[method](problem, search, seed, table)
     except KeyboardInterrupt:
         if search.best is None:
             raise
@@ -175,6 +183,8 @@ def fit(
         at_bound=at_bound | frozenset(f for fields in conditions.values() for f in fields),
         undetermined=undetermined,
         findings=said,
+        residuals=_residual_tests(problem, table),
+        noise_floor=_noise_floor(problem),
         uncertainty=known,
         evaluations=search.simulations,
         wall_s=clock.perf_counter() - begin,
@@ -182,10 +192,6 @@ def fit(
         seed=seed,
         complete=complete,
     )
-
-
-def _searched(problem: Problem, search: Search, method: str, seed: int) -> FloatArray:
-    return search_fast(problem, search, seed)
 
 
 def _weights(problem: Problem, table: FloatArray) -> FloatArray:
@@ -226,6 +232,19 @@ def _pooled(problem: Problem, judged: Sequence[tuple[FitRun, FloatArray, float]]
         channel: agreement(units[channel], [m[:, j] for m in measured], [e[:, j] for e in errors])
         for j, channel in enumerate(problem.channels)
     }
+
+
+def _residual_tests(problem: Problem, table: FloatArray) -> dict[str, ResidualTests]:
+    errors = [problem.outputs(k, table[k]) - run.targets for k, run in enumerate(problem.runs)]
+    times = [run.time for run in problem.runs]
+    return {c: residual_tests(times, [e[:, j] for e in errors]) for j, c in enumerate(problem.channels)}
+
+
+def _noise_floor(problem: Problem) -> dict[str, float]:
+    floors = [floor for run in problem.runs if (floor := noise_floor(run)) is not None]
+    if not floors:
+        return {}
+    return dict(zip(problem.channels, np.sqrt(np.mean(np.square(floors), axis=0)).tolist(), strict=True))
 
 
 def _results(

@@ -68,6 +68,8 @@ def as_json(fit: Fit) -> dict[str, Any]:
             }
             for name, run in fit.runs.items()
         },
+        "residuals": {channel: asdict(tests) for channel, tests in fit.residuals.items()},
+        "noise_floor": dict(fit.noise_floor),
         "correlation": {"names": names, "matrix": fit.uncertainty.correlation.tolist()},
         "condition_number": _number(fit.uncertainty.condition_number),
         "effective_samples": fit.uncertainty.effective_samples,

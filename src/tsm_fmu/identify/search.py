@@ -79,7 +79,7 @@ def search_fast(problem: Problem, search: Search, seed: int, start: FloatArray |
     """
     scales = sensitivity_scales(problem)
     search.linear = search.linear or linear_parameters(problem, seed)
-    own = tuple(f for f in problem.own if f in search.linear and _unbounded(problem, f))
+    own = eliminated_per_run(problem, search.linear)
     shared = tuple(f for f in problem.shared if f in search.linear and not search.constrained)
     solver = _Solver(problem, search, shared, own, scales, problem.start() if start is None else start)
     if start is None:
@@ -216,9 +216,10 @@ class _Solver:
         return self.problem.parameters[field].vary and field not in searched
 
 
-def _unbounded(problem: Problem, field: str) -> bool:
-    parameter = problem.parameters[field]
-    return math.isinf(parameter.min) and math.isinf(parameter.max)
+def eliminated_per_run(problem: Problem, linear: frozenset[str]) -> tuple[str, ...]:
+    """Per-run fields that are solved for: linear, and without bounds to keep."""
+    bounds = {f: (problem.parameters[f].min, problem.parameters[f].max) for f in problem.own}
+    return tuple(f for f, (lo, hi) in bounds.items() if f in linear and math.isinf(lo) and math.isinf(hi))
 
 
 def _outside(problem: Problem, row: FloatArray) -> bool:
