@@ -9,7 +9,7 @@ import pytest
 from pythonfmu.enums import Fmi2Status
 
 from tsm_fmu.fmu.slave import KernelSlave
-from tsm_fmu.models import paired_tsm_backlash
+from tsm_fmu.models import paired_tsm_backlash, single_tsm_dahl
 
 PARAMETERS = {"c": 0, "beta": 1, "alpha": 2, "x_0": 3, "x_h_0": 4}
 X_IN, X_OUT, X_H = 5, 6, 7
@@ -284,3 +284,25 @@ def test_a_foreign_model_description_is_noticed(tmp_path):
     assert f"guid other in modelDescription.xml -- expected {PairedTsmBacklash.guid_built}" in said(slave)
     slave.exit_initialization_mode()
     assert slave.do_step(0.0, 0.1) is False
+
+
+def test_a_tendon_that_would_push_is_told_once():
+    slave = fresh(single_tsm_dahl)
+    names = {v.name: reference for reference, v in enumerate(slave._variables)}
+    slave.set_real([names["v"], names["T_in"]], [0.05, 0.125])
+    slave.exit_initialization_mode()
+    for n in range(50):
+        assert slave.do_step(slave._time, 0.01), n
+    assert slave.get_real([names["T_out"]])[0] < 0.0
+    (told,) = slave.log_queue
+    assert told.status == Fmi2Status.warning
+    assert re.search(r"T_out = -\d.* N at t = .*: the tendon would push -- slack is not in this model", told.msg)
+
+
+def test_the_plant_direction_alone_tells_nothing_of_slack():
+    slave = fresh(single_tsm_dahl)
+    names = {v.name: reference for reference, v in enumerate(slave._variables)}
+    slave.set_real([names["v"], names["T_load"]], [0.05, 7.5])
+    slave.exit_initialization_mode()
+    assert slave.do_step(0.0, 0.01)
+    assert slave.log_queue == []

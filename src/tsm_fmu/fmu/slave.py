@@ -7,11 +7,8 @@ logged with its value, outputs become NaN where there is no valid state, and the
 until the instance is reset or an earlier state is set.
 """
 
-import atexit
-import ctypes
 import math
-import os
-import sys
+from math import isfinite
 from types import ModuleType
 from typing import Any, ClassVar
 from xml.etree import ElementTree
@@ -19,19 +16,18 @@ from xml.etree import ElementTree
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
-from ..models.contract import Variable, check_bounds, variables
+from ..models.contract import check_bounds, variables
+from .library_faults import hold_namespace, let_go_at_exit
 
 TIME_TOLERANCE = 1e-3
 """How far a step may begin from the end of the last one, as a part of the step..."""
 ROUNDING = 1e-15
 """... and as a part of the time: hosts add up their clocks in different ways."""
 
-_HELD: list[dict[str, Any]] = []
-"""Namespace of the start script, once for each execution. At every instantiation PythonFMU's library executes the
-script again and drops a reference to its namespace that it does not own: without these the namespace is freed while
-in use, and the host crashes a few instances later."""
-
-_LET_GO: set[int] = set()
+INFINITE = math.inf
+new_tuple: Any = tuple.__new__  # a third of the cost of calling a named tuple's class
+_SAVED = ("_time", "_running", "_stale", "_watches_slack", "_not_started", "_fault")
+"""What an FMU state holds besides values and kernel state."""
 
 BEFORE_START = "step before the end of initialisation -- call exitInitializationMode"
 
@@ -57,8 +53,7 @@ class KernelSlave(Fmi2Slave):
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
-        if cls.__module__ in sys.modules:
-            _HELD.append(vars(sys.modules[cls.__module__]))
+        hold_namespace(cls.__module__)
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -67,28 +62,24 @@ class KernelSlave(Fmi2Slave):
         self._parameters = variables(kernel.Params)
         inputs, outputs = variables(kernel.Inputs), variables(kernel.Outputs)
         self._variables = (*self._parameters, *inputs, *outputs)
-        first_input, first_output = len(self._parameters), len(self._parameters) + len(inputs)
-        self._is_input = frozenset(range(first_input, first_output))
-        self._is_parameter = frozenset(range(first_input))
-
-        # One store for each FMI type: a reference of the wrong type or out of range is then a missing key.
-        self._real: dict[int, float] = {}
-        self._integer: dict[int, int] = {}
-        for reference, variable in enumerate(self._variables):
-            self._store(variable)[reference] = variable.kind(self.start_values.get(variable.name, variable.start))
-        self._input_cells = [(self._store(v), first_input + i) for i, v in enumerate(inputs)]
-        self._output_cells = [(self._store(v), first_output + i) for i, v in enumerate(outputs)]
-        both_tensions = "T_in" in kernel.Inputs._fields and "T_out" in kernel.Outputs._fields
-        self._tension = kernel.Outputs._fields.index("T_out") if both_tensions else None
-
+        self._n_parameters, first_output = len(self._parameters), len(self._parameters) + len(inputs)
+        self._input_slice = slice(self._n_parameters, first_output)
+        self._output_slice = slice(first_output, len(self._variables))
+        references = {
+            kind: frozenset(r for r, v in enumerate(self._variables) if v.kind is kind) for kind in (float, int)
+        }
+        self._reals, self._integers = references[float], references[int]
+        self._inputs = frozenset(range(self._n_parameters, first_output))
+        self._real_inputs = self._inputs & self._reals
+        self._values: list[Any] = [v.kind(self.start_values.get(v.name, v.start)) for v in self._variables]
         self._params: Any = None
         self._state: Any = None
         self._time = 0.0
         self._running = False
         self._stale = True  # outputs are older than parameters or inputs; before the first step only
-        self._slack_told = False
+        self._watches_slack = "T_in" in kernel.Inputs._fields and "T_out" in kernel.Outputs._fields
         self._not_started = BEFORE_START
-        _let_go_at_exit(f"{self.resources}/../binaries/linux64/{type(self).__name__}.so")
+        let_go_at_exit(f"{self.resources}/../binaries/linux64/{type(self).__name__}.so")
         self._fault = self._foreign_description()  # what only a reset or an earlier state clears
         if self._fault:
             self._tell(self._fault)
@@ -110,29 +101,30 @@ class KernelSlave(Fmi2Slave):
         """One step of the kernel; False (fmi2Discard) leaves state and outputs as they were, the reason is logged."""
         if self._fault or self._not_started or not self._running:
             return self._refuse(self._fault or self._not_started or BEFORE_START)
-        slip = TIME_TOLERANCE * step_size + ROUNDING * abs(current_time)
-        if not (step_size > 0.0 and abs(current_time - self._time) <= slip < math.inf):  # fails for NaN as well
+        if not 0.0 < step_size < INFINITE or (
+            current_time != self._time and not self._continues(current_time, step_size)
+        ):
             return self._refuse(self._wrong_time(current_time, step_size))
-        inputs = self._inputs_type(*[store[reference] for store, reference in self._input_cells])
-        if not math.isfinite(sum(inputs)):
-            wrong = self._not_finite(inputs, self._inputs_type._fields)
+        values = self._values
+        inputs = new_tuple(self._inputs_type, values[self._input_slice])
+        if not isfinite(sum(inputs)):
+            wrong = _not_finite(inputs)
             if wrong:
                 return self._refuse(f"input {wrong} at t = {current_time!r} s -- expected a finite number")
         try:
             state, outputs = self._step(self._params, self._state, inputs, step_size)
         except Exception as failure:
             return self._refuse(f"step at t = {current_time!r} s with {inputs!r} failed: {failure}")
-        if not math.isfinite(sum(outputs)):
-            wrong = self._not_finite(outputs, outputs._fields)
+        if not isfinite(sum(outputs)):
+            wrong = _not_finite(outputs)
             if wrong:
                 return self._refuse(f"output {wrong} at t = {current_time!r} s with {inputs!r} -- reduce the step")
         self._state = state
-        for (store, reference), value in zip(self._output_cells, outputs):  # noqa: B905  same length by construction
-            store[reference] = value
+        values[self._output_slice] = outputs
         self._time = current_time + step_size
-        # T_in = 0: the host uses the plant direction only and T_out means nothing
-        if self._tension is not None and outputs[self._tension] < 0.0 and not self._slack_told and inputs.T_in != 0.0:
-            self._tell_slack(outputs[self._tension])
+        # T_in = 0: the host uses the plant direction only, and T_out means nothing
+        if self._watches_slack and outputs.T_out < 0.0 and inputs.T_in != 0.0:
+            self._tell_slack(outputs.T_out)
         return True
 
     # -- FMI get and set
@@ -140,79 +132,61 @@ class KernelSlave(Fmi2Slave):
     def get_real(self, vrs: list[int]) -> list[float]:
         if self._stale:
             self._start()
-        values = self._real
-        try:
-            return [values[reference] for reference in vrs]
-        except KeyError:
-            return self._known(values, vrs, "Real", math.nan)
+        if not self._reals.issuperset(vrs):
+            return self._known(self._reals, vrs, "Real", math.nan)
+        values = self._values
+        return [values[reference] for reference in vrs]
 
     def get_integer(self, vrs: list[int]) -> list[int]:
         if self._stale:
             self._start()
-        try:
-            return [self._integer[reference] for reference in vrs]
-        except KeyError:
-            return self._known(self._integer, vrs, "Integer", 0)
+        return [int(value) for value in self._known(self._integers, vrs, "Integer", 0)]
 
     def get_boolean(self, vrs: list[int]) -> list[bool]:
-        return self._known({}, vrs, "Boolean", False)
+        return self._known(frozenset(), vrs, "Boolean", False)
 
     def get_string(self, vrs: list[int]) -> list[str]:
-        return self._known({}, vrs, "String", "")
+        return self._known(frozenset(), vrs, "String", "")
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
-        if self._running:
-            store, settable = self._real, self._is_input
+        if self._running and self._real_inputs.issuperset(vrs):
+            store = self._values
             for reference, value in zip(vrs, values):  # noqa: B905  PythonFMU makes both lists in one loop
-                if reference in settable and reference in store:
-                    store[reference] = value
-                else:
-                    self._refuse_set(reference, value)
+                store[reference] = value
         else:
-            self._set(self._real, vrs, values)
+            self._set(self._reals, vrs, values)
 
     def set_integer(self, vrs: list[int], values: list[int]) -> None:
-        self._set(self._integer, vrs, values)
+        self._set(self._integers, vrs, values)
 
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
-        self._set({}, vrs, values)
+        self._set(frozenset(), vrs, values)
 
     def set_string(self, vrs: list[int], values: list[str]) -> None:
-        self._set({}, vrs, values)
+        self._set(frozenset(), vrs, values)
 
     # -- FMU state: everything that a later step depends on, as JSON-able values
 
     def _get_fmu_state(self) -> dict[str, Any]:
-        return {
-            "guid": self.guid_built,
-            "time": self._time,
-            "running": self._running,
-            "stale": self._stale,
-            "slack_told": self._slack_told,
-            "not_started": self._not_started,
-            "fault": self._fault,
-            "real": list(self._real.values()),
-            "integer": list(self._integer.values()),
-            "state": None if self._state is None else list(self._state),
-        }
+        own = {name: getattr(self, name) for name in _SAVED}
+        inner = None if self._state is None else list(self._state)
+        return {"guid": self.guid_built, "values": list(self._values), "state": inner, **own}
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         try:
             if state["guid"] != self.guid_built:
                 raise ValueError(f"it is of guid {state['guid']}")
-            real = dict(zip(self._real, state["real"], strict=True))
-            integer = dict(zip(self._integer, state["integer"], strict=True))
+            values = [v.kind(x) for v, x in zip(self._variables, state["values"], strict=True)]
             inner = None if state["state"] is None else self.kernel.State(*state["state"])
-            rest = [state[key] for key in ("time", "running", "stale", "slack_told", "not_started", "fault")]
+            own = {name: state[name] for name in _SAVED}
         except (KeyError, TypeError, ValueError) as failure:
             self._fault = f"FMU state is foreign or damaged ({failure}) -- expected one saved by this FMU -- reset it"
             self._tell(self._fault)
             return
-        self._real.update(real)  # in place: input and output cells hold on to the stores
-        self._integer.update(integer)
-        self._state = inner
-        self._time, self._running, self._stale, self._slack_told, self._not_started, self._fault = rest
-        self._params = self.kernel.Params(*self._values(self._is_parameter))
+        self._values, self._state = values, inner
+        self._params = self.kernel.Params(*values[: self._n_parameters])
+        for name, value in own.items():
+            setattr(self, name, value)
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
@@ -223,21 +197,15 @@ class KernelSlave(Fmi2Slave):
 
     # -- inside
 
-    def _store(self, variable: Variable) -> dict[int, Any]:
-        return self._integer if variable.kind is int else self._real
-
-    def _values(self, references: Any) -> list[Any]:
-        return [self._store(self._variables[r])[r] for r in sorted(references)]
-
     def _start(self) -> None:
-        """Outputs from parameters and inputs as they are now; on failure a fault and NaN outputs."""
+        """Outputs from parameters and inputs as they are now; on failure a reason not to step, and NaN outputs."""
         self._stale = False
-        inputs = self._inputs_type(*[store[reference] for store, reference in self._input_cells])
+        inputs = self._inputs_type(*self._values[self._input_slice])
         try:
-            wrong = self._not_finite(inputs, inputs._fields)
+            wrong = _not_finite(inputs)
             if wrong:
                 raise ValueError(f"input {wrong} at the start -- expected a finite number")
-            params = self.kernel.Params(*self._values(self._is_parameter))
+            params = self.kernel.Params(*self._values[: self._n_parameters])
             check_bounds(self._parameters, params)
             if hasattr(self.kernel, "check"):
                 self.kernel.check(params)
@@ -246,53 +214,44 @@ class KernelSlave(Fmi2Slave):
         except Exception as failure:
             self._not_started = f"initialisation failed: {failure}"
             self._tell(self._not_started)
-            self._state, outputs = None, [math.nan] * len(self._output_cells)
-        for (store, reference), value in zip(self._output_cells, outputs, strict=True):
-            store[reference] = value if store is self._real or math.isfinite(value) else 0
+            self._state = None
+            outputs = [math.nan if v.kind is float else 0 for v in self._variables[self._output_slice]]
+        self._values[self._output_slice] = outputs
 
-    def _set(self, store: dict[int, Any], references: list[int], values: list[Any]) -> None:
-        settable = self._is_input if self._running else self._is_input | self._is_parameter
+    def _set(self, typed: frozenset[int], references: list[int], values: list[Any]) -> None:
         for reference, value in zip(references, values, strict=True):
-            if reference in settable and reference in store:
-                store[reference] = value
-                self._stale = not self._running
+            is_parameter = 0 <= reference < self._n_parameters
+            if reference not in typed or not (is_parameter or reference in self._inputs):
+                self._spoil(reference, f"set to {value!r} -- expected an input or parameter of this type")
+            elif is_parameter and self._running:
+                self._spoil(reference, f"set to {value!r} -- it is fixed after initialisation -- reset the instance")
             else:
-                self._refuse_set(reference, value)
+                self._values[reference] = value
+                self._stale = not self._running
 
-    def _refuse_set(self, reference: int, value: Any) -> None:
-        if reference in self._is_parameter and self._running:
-            why = "it is fixed after initialisation -- reset the instance, then set it"
-        else:
-            why = "expected an input or parameter of this type -- see the model description"
-        self._fault = f"{self._called(reference)} set to {value!r} -- {why}"
-        self._tell(self._fault)
-
-    def _known(self, store: dict[int, Any], references: list[int], kind: str, otherwise: Any) -> list[Any]:
+    def _known(self, typed: frozenset[int], references: list[int], kind: str, otherwise: Any) -> list[Any]:
         """Values with a substitute for unknown references: too short a list would crash PythonFMU's library."""
         for reference in references:
-            if reference not in store:
-                self._fault = f"{self._called(reference)} read as {kind} -- expected a variable of that type"
-                self._tell(self._fault)
-        return [store.get(reference, otherwise) for reference in references]
+            if reference not in typed:
+                self._spoil(reference, f"read as {kind} -- expected a variable of that type")
+        return [self._values[reference] if reference in typed else otherwise for reference in references]
 
-    def _called(self, reference: int) -> str:
-        if 0 <= reference < len(self._variables):
-            return f"variable {self._variables[reference].name}"
-        return f"value reference {reference}"
+    def _spoil(self, reference: int, what: str) -> None:
+        known = 0 <= reference < len(self._variables)
+        called = f"variable {self._variables[reference].name}" if known else f"value reference {reference}"
+        self._fault = f"{called} {what}"
+        self._tell(self._fault)
+
+    def _continues(self, time: float, step: float) -> bool:
+        return abs(time - self._time) <= TIME_TOLERANCE * step + ROUNDING * abs(time)  # False for NaN
 
     def _wrong_time(self, time: float, step: float) -> str:
-        if not 0.0 < step < math.inf:
+        if not 0.0 < step < INFINITE:
             return f"step size {step!r} s at t = {time!r} s -- expected a positive finite number"
         return f"step from t = {time!r} s -- expected t = {self._time!r} s, where the last step ended"
 
-    def _not_finite(self, values: Any, names: tuple[str, ...]) -> str:
-        for name, value in zip(names, values, strict=True):
-            if not math.isfinite(value):
-                return f"{name} = {value!r}"
-        return ""
-
     def _tell_slack(self, tension: float) -> None:
-        self._slack_told = True
+        self._watches_slack = False
         self._tell(
             f"T_out = {tension!r} N at t = {self._time!r} s: the tendon would push -- slack is not in this model "
             "(said once)",
@@ -322,20 +281,8 @@ class KernelSlave(Fmi2Slave):
         self.log(f"{type(self).__name__}: {message}", status)
 
 
-def _let_go_at_exit(library: str) -> None:
-    """Make PythonFMU's Linux library drop its hold on the interpreter before the process ends.
-
-    By itself it does so twice, the second time through freed memory, which now and then aborts the host at
-    its very end ("corrupted double-linked list"). Only where Python is the host: elsewhere this call would
-    end the interpreter.
-    """
-    if sys.platform != "linux" or not sys.orig_argv:
-        return
-    try:
-        loaded = ctypes.CDLL(library, mode=os.RTLD_NOLOAD | os.RTLD_NOW)
-        finalize = loaded.finalizePythonInterpreter
-    except (OSError, AttributeError):
-        return  # not run by PythonFMU's library
-    if loaded._handle not in _LET_GO:
-        _LET_GO.add(loaded._handle)
-        atexit.register(finalize)
+def _not_finite(values: Any) -> str:
+    for name, value in zip(values._fields, values, strict=True):
+        if not isfinite(value):
+            return f"{name} = {value!r}"
+    return ""
