@@ -1,0 +1,11 @@
+"""Scenarios of ``tsm-fmu run``, one file each.
+
+A scenario module has NAME, FMUS (model names), RECORD, ``cases(fmus)``, ``comparison(cases)``, what stands beside the
+metrics in the JSON output, and ``write_scenario_report(path, runs, metrics, beside)``.
+"""
+
+from . import configuration_independence, lebus_drive, mssp_feedforward, single_tsm_force
+
+SCENARIOS = {
+    module.NAME: module for module in (mssp_feedforward, single_tsm_force, lebus_drive, configuration_independence)
+}

@@ -1,0 +1,142 @@
+"""Several systems run one after the other: common results, statistics of every signal, the archive to run again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..models.contract import InputError
+from .master import simulate_system
+from .ssp import Case
+from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
+
+
+def with_values(cases: Mapping[str, Case], values: Mapping[str, str]) -> dict[str, Case]:
+    """Set ``component.variable`` in every case that has the component.
+
+    Raises
+    ------
+    InputError
+        If no case has it.
+    """
+    for address in values:
+        component = address.partition(".")[0]
+        if not any(c.name == component for system, _ in cases.values() for c in system.components):
+            names = {c.name: None for system, _ in cases.values() for c in system.components}
+            raise InputError(f"{address!r} -- expected component.variable with one of {', '.join(names)}")
+    return {
+        name: (
+            system.with_values(
+                {k: v for k, v in values.items() if k.partition(".")[0] in {c.name for c in system.components}}
+            ),
+            experiment,
+        )
+        for name, (system, experiment) in cases.items()
+    }
+
+
+def chosen(cases: Mapping[str, Case], names: Sequence[str]) -> dict[str, Case]:
+    """Return the named cases in their own order; all without names.
+
+    Raises
+    ------
+    InputError
+        Unknown name.
+    """
+    for name in names:
+        if name not in cases:
+            raise InputError(f"case {name!r} -- expected one of {', '.join(cases)}")
+    return {name: case for name, case in cases.items() if not names or name in names}
+
+
+def run_cases(
+    cases: Mapping[str, Case], *, record: Sequence[str] | None = None, progress: bool = False
+) -> dict[str, Trajectory]:
+    """Simulate every case; ``record`` as in `simulate_system`, as far as a case has the component.
+
+    Raises
+    ------
+    SimulationStopped, SimulationInterrupted
+        With `trajectory` in the form of `joined`: all cases until then, cut to the rows of the last.
+    """
+    done: dict[str, Trajectory] = {}
+    for name, (system, experiment) in cases.items():
+        present = {c.name for c in system.components}
+        wanted = None if record is None else [a for a in record if a.partition(".")[0] in present]
+        try:
+            done[name] = simulate_system(
+                replace(system, name=name),
+                experiment.stop,
+                experiment.step,
+                start=experiment.start,
+                method=experiment.method,
+                record=wanted,
+                progress=progress,
+            )
+        except SimulationStopped as stopped:
+            reason = str(stopped) if len(cases) == 1 else f"case {name}: {stopped}"
+            raise SimulationStopped(reason, joined({**done, name: stopped.trajectory})) from stopped
+        except SimulationInterrupted as interrupted:
+            raise SimulationInterrupted(joined({**done, name: interrupted.trajectory})) from interrupted
+    return done
+
+
+def joined(runs: Mapping[str, Trajectory], decimation: int = 1) -> Trajectory:
+    """Put the runs into one table, columns ``case.component.variable`` (without the case if there is one only).
+
+    Rows are every n-th, as many as all runs have; their times must be the same.
+    """
+    last = list(runs.values())[-1]
+    rows = min(run.time.size for run in runs.values())
+    for name, run in runs.items():
+        if not np.array_equal(run.time[:rows], last.time[:rows]):
+            raise InputError(f"case {name} has other times than the rest -- expected the same step -- run it alone")
+    columns, units = {}, {}
+    for name, run in runs.items():
+        for address, values in run.columns.items():
+            column = address if len(runs) == 1 else f"{name}.{address}"
+            columns[column], units[column] = values[:rows:decimation], run.units[address]
+    return Trajectory(last.time[:rows:decimation], columns, units, last.incomplete)
+
+
+Quantities = Callable[[str, Trajectory], Mapping[str, float]]
+"""What a scenario computes from a case, by name with its unit at the end."""
+
+
+def statistics(
+    cases: Mapping[str, Case], runs: Mapping[str, Trajectory], quantities: Quantities | None = None
+) -> dict[str, Any]:
+    """Mean, standard deviation and peak-to-peak value of every signal, nested by the dots of the case names.
+
+    The window is `Experiment.evaluate_from` to the end; a case with a tracking error also has
+    ``mean_deg``, ``std_deg`` and ``peak_to_peak_deg`` of it, one of a scenario with ``quantities`` has these; the
+    signals are then one level deeper. A single case whose name has no dot is not nested.
+    """
+    found: dict[str, Any] = {}
+    for name, run in runs.items():
+        experiment = cases[name][1]
+        window = run.time >= experiment.evaluate_from - 1e-9
+        metrics: dict[str, Any] = {
+            address: {"unit": run.units[address], **_spread(values[window])} for address, values in run.columns.items()
+        }
+        headline: dict[str, float] = {}
+        if experiment.tracking_error in run.columns:
+            error = np.degrees(run.columns[experiment.tracking_error][window])
+            headline |= {f"{k}_deg": v for k, v in _spread(error).items()}
+        if quantities is not None:
+            headline |= quantities(name, run)
+        if headline:
+            metrics = {**headline, "signals": metrics}
+        metrics |= {"from_s": float(run.time[window][0]), "to_s": float(run.time[-1])}
+        place = found
+        for part in name.split(".") if "." in name or len(cases) > 1 else ():
+            place = place.setdefault(part, {})
+        place.update(metrics)
+    return found
+
+
+def _spread(values: Any) -> dict[str, float]:
+    return {"mean": float(np.mean(values)), "std": float(np.std(values)), "peak_to_peak": float(np.ptp(values))}

@@ -1,0 +1,44 @@
+"""Report of an SSP run: statistics and time histories of every signal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from .. import __version__
+from ..report import Line, Section, Table, time_figure, write_report
+from .order import schedule
+from .ssp import Case
+from .system import check_system
+from .trajectory import Trajectory
+
+
+def write_system_report(path: Path, name: str, cases: Mapping[str, Case], runs: Mapping[str, Trajectory]) -> Path:
+    """Write one section for each case; return the path."""
+    sections = [_section(case, cases[case], run) for case, run in runs.items()]
+    summary = f"{len(runs)} {'system' if len(runs) == 1 else 'systems'} co-simulated."
+    return write_report(path, name, summary, sections, {"tsm-fmu": __version__})
+
+
+def _section(name: str, case: Case, run: Trajectory) -> Section:
+    system, experiment = case
+    plan = schedule(check_system(system))
+    delayed = ", ".join(f"{'.'.join(link.source)} to {'.'.join(link.target)}" for link in plan.delayed)
+    text = (
+        f"{experiment.start:g} to {experiment.stop:g} s, communication step {experiment.step:g} s, {experiment.method}, "
+        f"in the order {', '.join(plan.components)}. One step late: {delayed or 'nothing'}. Statistics from "
+        f"{experiment.evaluate_from:g} s on."
+    )
+    window = run.time >= experiment.evaluate_from - 1e-9
+    rows = [
+        (column, run.units[column], float(np.mean(v[window])), float(np.std(v[window])), float(np.ptp(v[window])))
+        for column, v in run.columns.items()
+    ]
+    by_unit: dict[str, list[Line]] = {}
+    for column, values in run.columns.items():
+        by_unit.setdefault(run.units[column], []).append(Line(column, run.time, values))
+    figures = [time_figure(lines, f"in {unit}", unit) for unit, lines in by_unit.items()]
+    table = Table(("signal", "unit", "mean", "standard deviation", "peak to peak"), rows)
+    return Section(name, text, (table,), figures)
