@@ -7,7 +7,10 @@ import fmpy
 import numpy as np
 import pytest
 
-from tsm_fmu.kernel import kernel
+from tsm_fmu.chain import chain
+from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.fmu.validate import validate_fmu
+from tsm_fmu.kernel import Kernel, kernel
 from tsm_fmu.models import MODELS
 
 from .conftest import wandering_inputs
@@ -15,9 +18,8 @@ from .conftest import wandering_inputs
 TIME = np.arange(0.0, 2.0001, 0.01)
 
 
-def stepped(instance, path: Path, name: str, **parameters: float) -> tuple[np.ndarray, np.ndarray]:
+def stepped(instance, path: Path, k: Kernel, **parameters: float) -> tuple[np.ndarray, np.ndarray]:
     """Outputs of FMU and kernel for the same inputs: row 0 at the start, then row k+1 set and step k done."""
-    k = kernel(name)
     u = wandering_inputs(k, TIME)
     inputs, outputs = [v.name for v in k.inputs], [v.name for v in k.outputs]
     rows = []
@@ -40,15 +42,34 @@ def stepped(instance, path: Path, name: str, **parameters: float) -> tuple[np.nd
 
 @pytest.mark.parametrize("name", [module.NAME for module in MODELS])
 def test_fmu_equals_kernel(fmus, instance, name):
-    fmu, expected = stepped(instance, fmus(name), name)
+    fmu, expected = stepped(instance, fmus(name), kernel(name))
     assert np.ptp(expected, axis=0).max() > 0
     np.testing.assert_allclose(fmu, expected, rtol=1e-12, atol=0)
 
 
+@pytest.mark.parametrize(
+    ("model", "effect", "parameter", "value"),
+    [
+        ("LuGreFriction", "coulomb", "coulomb.F_c", 0.31),
+        ("TendonDrive", "backlash", "x_out.backlash.w", 0.071),
+        ("TendonDrive", "load_dependence", "load_dependence.k", 0.23),
+    ],
+)
+def test_a_model_with_an_effect_is_an_fmu_with_its_fitted_values(instance, tmp_path, model, effect, parameter, value):
+    k = chain(model, (effect,))
+    path = build_fmu(k, tmp_path, name=f"{model}_{effect}", start_values={parameter: value})
+    assert validate_fmu(path) == []
+    fmu, neutral = stepped(instance, path, k)
+    params = k.params(values={parameter: value})
+    expected = k.simulate(params, TIME, wandering_inputs(k, TIME), compiled=False)
+    np.testing.assert_allclose(fmu, expected, rtol=1e-12, atol=0)
+    assert np.abs(fmu - neutral).max() > 1e-3
+
+
 def test_parameters_set_by_the_host_are_used(fmus, instance):
     changed = {"alpha": 6.1, "c": 0.93, "x_0": 0.011}
-    fmu, expected = stepped(instance, fmus("PairedTsmBacklash"), "PairedTsmBacklash", **changed)
-    plain, _ = stepped(instance, fmus("PairedTsmBacklash"), "PairedTsmBacklash")
+    fmu, expected = stepped(instance, fmus("PairedTsmBacklash"), kernel("PairedTsmBacklash"), **changed)
+    plain, _ = stepped(instance, fmus("PairedTsmBacklash"), kernel("PairedTsmBacklash"))
     np.testing.assert_allclose(fmu, expected, rtol=1e-12, atol=0)
     assert np.abs(fmu - plain).max() > 0.01
 
