@@ -26,6 +26,8 @@ LuGre option (``lugre`` = 1), Eq (40) as corrected in `lugre`: friction f at the
 tendon by f L/EA more, theta_ff += f L/(EA r); F_c = mu T, F_s = mu_s T with T the load tension (f_c and f_s are not
 published). That is 0.12 to 0.36 mm in steady motion: it cannot be what removed 156 to 206 mm, which is theta_b.
 sigma1 is 316 N s/m; the printed N s/mm would give 15.8 kN at 0.05 m/s.
+
+Validity: that of `lebus_transmission`, with the same parameters as the real drive.
 """
 
 import math
@@ -33,7 +35,7 @@ from typing import Annotated, Any, NamedTuple
 
 from .contract import Preset, Quantity
 from .joined import Part, joined
-from .lebus_loop import Loop, advance, from_here, reference_loop, settle
+from .lebus_loop import Loop, advance, reference_loop, settle
 from .lebus_rig import Rig, rig, stay_in_grooves
 from .lebus_state import State as LoopState
 from .lebus_state import loop_of, state_of
@@ -101,7 +103,7 @@ def start(p: Any, u: Inputs) -> tuple[Any, Outputs]:
     if p.tension_at == 1:
         _pulls(u.T_measured)
         tau = u.T_measured * math.exp(g.sheath.lam) * 0.5 * p.D if u.T_measured > p.T_0 * (1.0 + 1e-9) else 0.0
-    loop = from_here(g, settle(g, reference_loop(g, u.theta_r), tau))
+    loop = settle(g, reference_loop(g, u.theta_r), tau)
     s = _state(state_of(loop, tau, 0.0, 0.0), u.theta_r, u.theta_r, 0.0, 0.0)
     return s, _outputs(p, g, s, 0.0)
 

@@ -189,7 +189,7 @@ def advance(g: Rig, loop: Loop, way: float, theta_in: float, tau: float) -> Loop
     b = _pull(g, loop.b, -way, driven_b, stretch_b(g, loop, theta_in))
     filled = layers_below(loop.theta_out, g.layer_angle, g.n_layers, way)
     drive, T_a, T_b = _balance(g, loop, a, b, way, tau, 0.0, filled)
-    close = 1e-12 * (abs(tau) + (T_a + T_b + g.T_0) * g.r_1)
+    close = 1e-12 * (abs(tau) + (loop.a.T[loop.a.n] + loop.b.T[loop.b.n] + g.T_0) * g.r_1)
     y = 0.0
     theta_out = loop.theta_out
     if drive > close:
@@ -322,10 +322,3 @@ def settle(g: Rig, loop: Loop, tau: float) -> Loop:
         if way * (T_a * r_a - T_b * r_b - tau) > 1e-12 * (abs(tau) + (T_a + T_b) * g.r_1):
             return advance(g, loop, way, loop.theta_in, tau)
     return loop
-
-
-def from_here(g: Rig, loop: Loop) -> Loop:
-    """The same loop with the winding strain counted from its follower angle on."""
-    at = loop.theta_out
-    strain = Wound(at, at, g.T_0, g.T_0, g.T_0, g.T_0, loop.wound.x_a, loop.wound.x_b)
-    return Loop(loop.a, loop.b, loop.theta_in, loop.theta_out, strain)

@@ -33,6 +33,8 @@ along the sheaths, the follower is still), 2 running (the follower moves). At re
 * Sheath: n_seg pieces from the driver, L_i long with bending radius R_i, 0 for a straight one. Where the bends lie is
   not published and matters: a uniform bend is the default. If the history of fronts needs more than eight kinks per
   tendon, the smallest fold is replaced by its chord (`capstan`).
+
+Validity: quasi-static motion of a massless linear-elastic tendon with Coulomb friction in sheaths that do not move.
 """
 
 import math
@@ -41,7 +43,7 @@ from typing import Annotated, NamedTuple
 from .capstan import sheath_of, stretched
 from .contract import InputError, Preset, Quantity
 from .lebus_geometry import layers_below, wheel_friction
-from .lebus_loop import advance, from_here, reference_loop, settle, stretch_b
+from .lebus_loop import advance, reference_loop, settle, stretch_b
 from .lebus_rig import Rig, rig, stay_in_grooves
 from .lebus_state import State, loop_of, state_of
 from .signs import sign
@@ -102,7 +104,7 @@ class Outputs(NamedTuple):
     stage: Annotated[int, Quantity("1", "0 delay, 1 transition, 2 running")]
 
 
-SOURCE = "AME 2020, experimental design; EA fitted inside the fibre's range, n_t assumed"
+SOURCE = "AME 2020, experimental design; slack from the reported reverse errors, EA fitted within the fibre's range"
 COMMON = {"L_1": (1500.0, "mm"), "mu": (0.16, "1"), "T_0": (1.1, "N"), "D": (25.0, "mm"), "d": (0.305, "mm")}
 R_180 = 1.5 / math.pi
 R_540 = 0.5 / math.pi
@@ -175,7 +177,7 @@ def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
     g = rig(p)
     stay_in_grooves(g, u.theta_in)
     loop = settle(g, reference_loop(g, u.theta_in), u.tau_load)
-    s = state_of(from_here(g, loop), u.tau_load, 0.0, 0.0)
+    s = state_of(loop, u.tau_load, 0.0, 0.0)
     return s, _outputs(p, g, s)
 
 
