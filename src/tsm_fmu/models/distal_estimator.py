@@ -6,7 +6,7 @@ distal side::
     x_out   = c x_in + x_h + x_0                                                        (T1)
     tau_out = (tau_in - g_LuGre(v_in))/ratio                                            (D2)
 
-Parameters, state and bounds are those of TendonDrive, so one fitted set serves both.
+Validity: parameters, state and bounds are those of TendonDrive, so one fitted set serves both.
 """
 
 from typing import Annotated, NamedTuple

@@ -19,7 +19,9 @@ Where the print is wrong:
   layer 2 takes D_2 = D, higher layers grow by the rise of a layer.
 
 Pitch, alpha_s, L_d0, L_c and the turns per layer are not published: assumed values. L_d0 of 1.6 mm holds five pitches
-of 0.32 mm, hence n_t = 5 here. The grooves begin at theta = 0 and end when all layers are full: outside the step fails.
+of 0.32 mm, hence n_t = 5 here.
+
+Validity: the grooves begin at theta = 0 and end when all layers are full: outside the step fails.
 """
 
 import math

@@ -9,6 +9,8 @@ and the baseline that MMT 2015 compares with (its Eqs (2)-(4), preset ``mmt2015`
 The step is exact while v holds. |sigma0 z| <= max(sigma0 |z0|, F_c, F_s); the start is relaxed (z = 0), so
 that a start at speed shows the micro-damping sigma1 v once.
 
+Validity: constant tension (F_c, F_s do not follow it); rate dependent.
+
 Print defects: sigma1 = 10^2.5 is printed in N s/mm, which would make 15.8 kN at 0.05 m/s: N s/m is
 meant (square root of 1e5, the textbook value of Canudas de Wit et al. 1995). F_c and F_s are not published.
 """

@@ -8,7 +8,7 @@ Motion: MSSP 2015 Eqs (9), (10). Friction: LuGre, AME 2020 Eq (40), as a torque 
 with v_in from x_in by the causal filter of `velocity_filter`. All three parts step exactly. With power into
 the drive tau_in v_in >= 0 in mean, ratio is the quasi-static torque ratio (c for a lossless drive).
 
-Bounds: |x_h| <= max(|x_h_0|, |beta|/alpha), |sigma0 z| <= max(tau_c, tau_s); 0 < B = c + beta.
+Validity: 0 < B = c + beta; then |x_h| <= max(|x_h_0|, |beta|/alpha), and |sigma0 z| <= max(tau_c, tau_s).
 """
 
 from typing import Annotated, NamedTuple
