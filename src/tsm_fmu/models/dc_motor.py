@@ -166,7 +166,7 @@ def _outputs(p: Params, s: State, voltage: float, tau_load: float) -> Outputs:
     domega = 0.0
     if direction != 0.0:
         e = _gear_factor(p, voltage, tau_load, s.omega, s.i, direction)
-        domega = _motion(p, voltage, tau_load, s.omega, s.i, direction, e).domega
+        domega = _acceleration(p, tau_load, s.omega, s.i, direction, e)
     return Outputs(s.phi, s.omega, domega, s.i)
 
 
@@ -218,13 +218,20 @@ def _motion_rate(p: Params, motion: Motion) -> float:
     return _transmitted(p, motion.domega, motion.di, 0.0, 0.0)  # dg/dt
 
 
+def _acceleration(p: Params, tau_load: float, omega: float, i: float, direction: float, e: float) -> float:
+    n = p.gear_ratio
+    shaft = p.k_t * i - p.b * n * omega - direction * p.tau_c
+    domega = (e * n * shaft - tau_load) / (p.J_load + e * n * n * p.J_rotor)  # (2), (3)
+    if omega == 0.0 and domega * direction < 0.0:
+        return 0.0  # starts at the holding limit, where rounding may have put it behind
+    return domega
+
+
 def _motion(p: Params, voltage: float, tau_load: float, omega: float, i: float, direction: float, e: float) -> Motion:
     n = p.gear_ratio
     inertia = p.J_load + e * n * n * p.J_rotor
     di = (voltage - p.R_a * i - p.k_e * n * omega) / p.L_a  # (1)
-    domega = (e * n * (p.k_t * i - p.b * n * omega - direction * p.tau_c) - tau_load) / inertia  # (2), (3)
-    if omega == 0.0 and domega * direction < 0.0:
-        domega = 0.0  # starts at the holding limit, where rounding may have put it behind
+    domega = _acceleration(p, tau_load, omega, i, direction, e)
     ddi = -(p.R_a * di + p.k_e * n * domega) / p.L_a
     ddomega = e * n * (p.k_t * di - p.b * n * domega) / inertia
     a_1 = p.R_a / p.L_a + e * n * n * p.b / inertia  # (7)

@@ -86,6 +86,8 @@ def first_fall_below_zero(h: float, dh: float, ddh: float, a_1: float, a_0: floa
     reaches the lowest value of all; so the one bracket that can hold the crossing is bisected. A value
     below zero by rounding at t = 0 counts as zero while h rises.
     """
+    if h > abs(dh) * t_end + 0.5 * abs(ddh + a_1 * dh) * t_end * t_end:
+        return math.inf  # |E| <= t and |G| <= t^2/2: too far away to get there
     turn = first_extremum(dh, ddh, a_1, a_0)
     falls = dh < 0.0 or (dh == 0.0 and ddh < 0.0)
     left, right = 0.0, min(turn, t_end)
