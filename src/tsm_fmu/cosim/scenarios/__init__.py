@@ -1,7 +1,8 @@
 """Scenarios of ``tsm-fmu run``, one file each.
 
 A scenario module has NAME, FMUS (model names), RECORD, ``cases(fmus)``, ``comparison(cases)``, what stands beside the
-metrics in the JSON output, and ``write_scenario_report(path, runs, metrics, beside)``.
+metrics in the JSON output, and ``write_scenario_report(path, runs, metrics, beside)``; perhaps
+``quantities(case, run)``: numbers of its own by name with the unit at the end, which join the metrics of the case.
 """
 
 from . import configuration_independence, lebus_drive, mssp_feedforward, single_tsm_force
