@@ -10,7 +10,7 @@ Cases are named ``motion.variant``. Motions: ``periodic`` (60 deg, 0.2 Hz) and `
 30 deg at 0.25 sqrt(3) Hz). Variants: the published plant ``uncompensated``, with the printed law (``law_1``) and with
 the exact inverse (``law_2``); plants of B = 0.65 and 0.70 with the same loop width, whose output does not run
 backwards after a reversal (``b065_...``, ``b070_...``), compensated by law 1 or 2 with their own parameters or by law 1
-with the published ones.
+with the published ones. In ``law_1`` the distal torque is estimated as well (`mssp_haptic`).
 """
 
 from __future__ import annotations
@@ -29,6 +29,8 @@ from ...kernel import kernel
 from ..ssp import Case
 from ..system import Component, Connection, Experiment, System, Value
 from ..trajectory import Trajectory
+from . import mssp_haptic
+from .mssp_haptic import quantities as quantities
 from .mssp_report import write_mssp_report
 from .pid_design import design_pid
 
@@ -42,6 +44,7 @@ FMUS = (
     "PairedTsmFriction",
     "RotationalLoad",
     "Sum",
+    "DistalEstimator",
 )
 EXPERIMENT = Experiment(stop=20.0, step=1e-3, evaluate_from=10.0, tracking_error="error.y")
 RECORD = (
@@ -54,6 +57,7 @@ RECORD = (
     "friction.F",
     "load.tau",
     "error.y",
+    *mssp_haptic.RECORD,
 )
 MOTIONS = {"periodic": ("published", 9), "non_periodic": ("non_periodic", 5)}
 """Preset of ReferenceSignal, and how many of the variants below."""
@@ -110,11 +114,15 @@ def cases(fmus: Mapping[str, Path]) -> dict[str, Case]:
         "b070_published_law_1": (milder, {**published, "law": 1}),
     }
     gains = design_pid(step=EXPERIMENT.step).gains
-    return {
-        f"{motion}.{variant}": (loop(fmus, f"{motion}.{variant}", preset, gains, *variants[variant]), EXPERIMENT)
+    systems = {
+        name: loop(fmus, name, preset, gains, *variants[variant])
         for motion, (preset, wanted) in MOTIONS.items()
         for variant in list(variants)[:wanted]
+        for name in [f"{motion}.{variant}"]
     }
+    for name in mssp_haptic.REPORTED:
+        systems[name] = mssp_haptic.with_estimators(systems[name], fmus, published)
+    return {name: (system, EXPERIMENT) for name, system in systems.items()}
 
 
 def loop(
@@ -174,7 +182,7 @@ def without_motor(case: Case) -> dict[str, float]:
 
     x_r = outputs("ReferenceSignal", "reference", None)
     x_in = outputs("FeedforwardCompensator", "compensator", x_r) if "compensator" in values else x_r
-    error = np.degrees(x_r - outputs("PairedTsmBacklash", "backlash", x_in))[time >= experiment.evaluate_from - 1e-9]
+    error = np.degrees(x_r - outputs("PairedTsmBacklash", "backlash", x_in))[experiment.window(time)]
     return {
         "mean_deg": float(np.mean(error)),
         "std_deg": float(np.std(error)),
@@ -203,6 +211,7 @@ def comparison(cases: Mapping[str, Case]) -> dict[str, Any]:
         nested.setdefault(motion, {})[variant] = without_motor(case)
     return {
         "reported": REPORTED,
+        "reported_friction": mssp_haptic.REPORTED,
         "closed_forms": closed_forms(),
         "without_motor": nested,
         "controller": asdict(design_pid(step=EXPERIMENT.step)),

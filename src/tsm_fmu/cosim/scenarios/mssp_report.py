@@ -11,6 +11,7 @@ import numpy as np
 from ... import __version__
 from ...report import Line, Section, Table, loop_figure, time_figure, write_report
 from ..trajectory import Trajectory
+from . import mssp_haptic
 
 _HEADING = ("case", "peak to peak [deg]", "mean [deg]", "std [deg]", "without motor [deg]", "paper: peak to peak [deg]")
 
@@ -20,6 +21,8 @@ def write_mssp_report(
 ) -> Path:
     """Write the report of `mssp_feedforward`; ``beside`` is its `comparison`."""
     sections = [_tracking(runs, metrics, beside), _tables(metrics, beside), _controller(beside["controller"])]
+    haptic = mssp_haptic.section(runs)
+    sections += [haptic] if haptic is not None else []
     sections += [_case(name, run) for name, run in runs.items()]
     first = next(iter(runs))
     own = _of(metrics, first)
