@@ -9,7 +9,11 @@ import numpy as np
 import pytest
 
 from tsm_fmu.kernel import kernel
-from tsm_fmu.models.capstan import CAPACITY
+from tsm_fmu.models import lebus_transmission
+from tsm_fmu.models.capstan import CAPACITY, stretched
+from tsm_fmu.models.lebus_loop import stretch_a, stretch_b
+from tsm_fmu.models.lebus_rig import rig
+from tsm_fmu.models.lebus_state import loop_of
 
 sys.path.insert(0, str(Path(__file__).parent))
 from lebus_finite_elements import Chain
@@ -135,6 +139,43 @@ def test_closed_inner_loops_are_forgotten():
     looped = run(p, [0.0, 0.03, 0.0285, 0.0291, 0.0287, 0.0289, 0.0285, 0.0275], 9.81)
     np.testing.assert_allclose(looped[-1], plain[-1], rtol=1e-11)
     np.testing.assert_allclose(looped[-2], plain[-2], rtol=1e-11)
+
+
+@pytest.mark.parametrize("ends", ["bend_last", "straight_last", "straight_first"])
+def test_coming_back_to_the_turning_point_restores_everything(ends):
+    """The front runs out on the very point where it began, also where that is a straight piece."""
+    radii = {"bend_last": (0.05, 0.3), "straight_last": (0.05, 0.0), "straight_first": (0.0, 0.05)}[ends]
+    p = K.params("m05_180", {"n_seg": 2, "L_1": 0.22, "L_2": 0.34, "R_1": radii[0], "R_2": radii[1]})
+    for back in (1e-7, 3.3e-6, 1.7e-5, 4.1e-5, 7.7e-5):
+        y = run(p, [0.0, 0.03, 0.03 - back, 0.03, 0.03 - 0.5 * back, 0.03], 4.905)
+        assert y[2, 6] == 1
+        np.testing.assert_allclose(y[[3, 5], :6], y[[1, 1], :6], rtol=1e-9, atol=1e-15)
+
+
+def test_random_histories_keep_balance_friction_bound_and_compatibility():
+    """Whatever the drive and the load do: T_ae r - T_be r = tau, |dT/T| <= mu dl/R, delta = S_in - S_out, T >= 0."""
+    rng = np.random.default_rng(17)
+    for T_0, slack, mu in ((0.0, 0.0, 0.3), (1.1, 0.15, 0.16), (20.0, 0.001, 0.16), (20.0, 0.0, 0.02)):
+        values = {"n_seg": 3, "L_1": 0.3, "R_1": 0.0, "L_2": 0.5, "R_2": 0.3, "L_3": 0.2, "R_3": 0.1}
+        p = K.params(None, {**values, "T_0": T_0, "slack": slack, "mu": mu})
+        g = rig(p)
+        s, _ = lebus_transmission.start(p, lebus_transmission.Inputs(0.3, 0.05))
+        theta, tau = 0.3, 0.05
+        for _ in range(150):
+            theta += float(rng.normal() * 10 ** rng.uniform(-6, 0.3))
+            tau = float(rng.choice([0.0, 0.06, -0.06, 0.21])) if rng.random() < 0.15 else tau
+            s, _ = lebus_transmission.step(p, s, lebus_transmission.Inputs(theta, tau), 0.01)
+            loop = loop_of(g, s)
+            assert abs((loop.a.T[-1] - loop.b.T[-1]) * R - tau) < 1e-9 * (abs(tau) + 1e-3)
+            for tendon, kinematic in ((loop.a, stretch_a(g, loop, theta)), (loop.b, stretch_b(g, loop, theta))):
+                assert min(tendon.T) >= 0.0
+                if tendon.T[0] == 0.0:
+                    assert kinematic < 1e-15
+                    continue
+                steps = np.diff(tendon.lam)
+                assert (steps >= 0).all()
+                assert (np.abs(np.diff(np.log(tendon.T))) <= steps + 1e-13).all()
+                assert stretched(g.sheath, tendon) / g.EA == pytest.approx(kinematic, rel=1e-9, abs=1e-14)
 
 
 def test_more_reversals_than_the_memory_holds_cost_no_more_than_the_smallest_fold():

@@ -17,7 +17,7 @@ the tendon. Moving the ends by monotone travels therefore gives, exactly and wha
 The edges of the cuts are the moving reversal fronts. What a cut covers is forgotten: return-point memory. The profile
 is the list of its kinks; `CAPACITY` kinks are kept between the ends. A history that needs more loses its smallest
 fold: two neighbouring kinks at a distance dlam are replaced by their chord, a relative change of tension below
-exp(2 dlam) - 1.
+exp(2 dlam) - 1. The profile's stretch is then off by as much, until the tendon next slides along its whole length.
 """
 
 import math
@@ -208,23 +208,27 @@ def cut_level(sheath: Sheath, profile: Profile, way: float, side: float, work: f
 
 def cut_profile(sheath: Sheath, profile: Profile, way: float, near: float, far: float) -> Profile:
     """Profile after cuts at the levels ``near`` (driver's side) and ``far`` (follower's side), Eq (F)."""
+    old_near, old_far = end_levels(profile, way)
+    cut_near = way * (near - old_near) > 0.0
+    cut_far = way * (old_far - far) > 0.0
+    same = 1e-13 * max(near, far)  # levels that rounding alone tells apart: a front back where it began is gone
     first = 0  # first and last old segment that keep a part
     last = profile.n - 1
     for k in range(1, profile.n):
         W = profile.T[k] * math.exp(way * profile.lam[k])
-        if way * (W - near) <= 0.0:
+        if cut_near and way * (W - near) <= same:
             first = k
-    for k in range(profile.n - 1, 0, -1):
+    for k in range(profile.n - 1, first, -1):
         W = profile.T[k] * math.exp(way * profile.lam[k])
-        if way * (far - W) <= 0.0:
+        if cut_far and way * (far - W) <= same:
             last = k - 1
-    at_near = _crossing(profile, way, first, near)
-    at_far = _crossing(profile, way, last, far)
-    old_near, old_far = end_levels(profile, way)
-    fronts_near = 1 if at_near > 0.0 else 0
-    fronts_far = 1 if at_far < sheath.lam else 0
-    T_0 = near if way * (near - old_near) > 0.0 else profile.T[0]
-    T_e = far * math.exp(-way * sheath.lam) if way * (old_far - far) > 0.0 else profile.T[profile.n]
+    at_near = _crossing(profile, way, first, near, same) if cut_near else 0.0
+    at_far = _crossing(profile, way, last, far, -same) if cut_far else sheath.lam
+    # a front on the very end would count a straight piece there twice
+    fronts_near = 1 if 0.0 < at_near < sheath.lam else 0
+    fronts_far = 1 if 0.0 < at_far < sheath.lam else 0
+    T_0 = near if cut_near else profile.T[0]
+    T_e = far * math.exp(-way * sheath.lam) if cut_far else profile.T[profile.n]
     kept = max(last - first, 0)
     inner = fronts_near + kept + fronts_far
     drop = -9
@@ -248,16 +252,16 @@ def cut_profile(sheath: Sheath, profile: Profile, way: float, near: float, far: 
     )
 
 
-def _crossing(profile: Profile, way: float, k: int, level: float) -> float:
-    """Place (lam) where W passes ``level`` in segment ``k``, its ends included."""
+def _crossing(profile: Profile, way: float, k: int, level: float, same: float) -> float:
+    """Place (lam) where W passes ``level`` in segment ``k``; at a tie its end (``same`` > 0) or its start (< 0)."""
     a = profile.lam[k]
     b = profile.lam[k + 1]
     W_a = profile.T[k] * math.exp(way * a)
     W_b = profile.T[k + 1] * math.exp(way * b)
-    if way * (level - W_a) <= 0.0:
-        return a
-    if way * (W_b - level) <= 0.0:
+    if way * (W_b - level) <= same:
         return b
+    if way * (level - W_a) <= -same:
+        return a
     return a + (b - a) * math.log(level / W_a) / math.log(W_b / W_a)
 
 
