@@ -133,3 +133,23 @@ def test_one_chain_is_made_once():
 def test_what_makes_no_sense_is_refused_with_what_would(model, effects, message):
     with pytest.raises(InputError, match=message):
         chain(model, effects)
+
+
+def test_a_holding_estimator_keeps_the_load_through_a_reversal_and_finds_it_while_sliding():
+    """The friction turns at once where the estimator's presliding takes its time: Eq (D2) spikes, Eq (D3) does not."""
+    k = chain("DistalEstimator", ("load_dependence",))
+    values = {"ratio": 0.92, "tau_c": 0.044, "tau_s": 0.044, "sigma2": 0.0, "load_dependence.k": 0.37}
+    time = np.arange(8000) * 1e-3
+    x = 0.5 * np.sin(2.0 * np.pi * 0.5 * time)
+    load = -0.08 + 0.01 * np.sin(0.7 * time)
+    side = np.sign(np.cos(2.0 * np.pi * 0.5 * time))
+    tau_in = 0.92 * load + side * (0.044 + 0.37 * np.abs(load))
+    errors = {}
+    for hold in (0, 1):
+        p = k.params(None, {**values, "hold": hold})
+        estimated = k.simulate(p, time, np.column_stack([x, tau_in]))[:, 1]
+        assert np.array_equal(k.simulate(p, time, np.column_stack([x, tau_in]), compiled=False)[:, 1], estimated)
+        errors[hold] = np.abs(estimated - load)[time > 1.5]
+    slow = 0.01 * 0.7 * 1.0  # the load's change within half a period, the longest time it is held
+    assert errors[1].max() < slow
+    assert errors[0].max() > 0.05

@@ -41,7 +41,8 @@ def test_static_force_laws(time):
         ("drive_direction", (("k_m", 0.3), ("k_e", 0.17))): (y + np.abs(0.3 * (load + y) - 0.17 * load) * z, {}),
         ("direction_asymmetry", (("eps", -0.37),)): (y * (1.0 - 0.37 * s), {}),
         ("gain_error", (("g", 0.073),)): (1.073 * y, {}),
-        ("tendon_elasticity", (("compliance", 0.37),)): (y - 0.37 * load, {}),
+        ("tendon_elasticity", (("compliance", 0.37), ("compliance_drive", 0.13))): (
+            y - 0.37 * load - 0.13 * (2.0 - x), {"drive": 2.0 - x}),
         ("stiffness_hardening", (("k_1", 0.21), ("k_3", 0.37), ("x_c", 0.11))): (
             y + 0.21 * (x - 0.11) + 0.37 * (x - 0.11) ** 3, {}),
         ("slack", (("w", 0.07), ("F_0", 0.013))): (y - 0.07 * load / (np.abs(load) + 0.013), {}),

@@ -19,7 +19,8 @@ import numpy as np
 from scipy.optimize import nnls
 from scipy.stats import qmc
 
-from ..chain import Attached, attach
+from ..chain import attach
+from ..chain_source import Attached
 from ..effects import EFFECTS
 from ..identify.problem import FloatArray
 from ..kernel import Kernel, kernel

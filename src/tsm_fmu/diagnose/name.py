@@ -1,4 +1,4 @@
-"""Naming: candidates refitted jointly with the baseline, ranked by what they gain, confirmed where they were not fitted."""
+"""Naming: candidates refitted with the baseline, ranked by their gain, confirmed where they were not fitted."""
 
 from __future__ import annotations
 

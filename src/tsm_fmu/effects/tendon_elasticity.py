@@ -2,9 +2,13 @@
 
 ::
 
-    x_e = x - load/k,   written with the compliance C = 1/k so that 0 changes nothing:  y <- y - C load   (1)
+    y <- y - C load - C_d drive                                                         (1)
 
-Limits: C = 0 is a rigid tendon. Source: Hooke; AME 2020 Eqs (20)-(24); effects.md 1, `tendon_elasticity`.
+x_e = x - T/k with the tension of both ends: C = 1/k at the load's end and C_d at the drive's, between which the
+sheath's friction lies. The stretch is the integral of the tension along the tendon (with the tension falling evenly,
+C = C_d = 1/2k). Written with compliances so that 0 changes nothing.
+Limits: C = C_d = 0 is a rigid tendon; C_d = 0 has no hysteresis of its own.
+Source: Hooke; AME 2020 Eqs (20)-(24); effects.md 1, `tendon_elasticity`.
 """
 
 from typing import Annotated, NamedTuple
@@ -19,6 +23,9 @@ SIGNATURE = "lost motion proportional to tension"
 
 class Params(NamedTuple):
     compliance: Annotated[float, Quantity("{y}/({load})", "lost motion per load, Eq (1)", lo=0.0)] = 0.0
+    compliance_drive: Annotated[
+        float, Quantity("{y}/({F})", "lost motion per load at the drive side, Eq (1)", lo=0.0)
+    ] = 0.0
 
 
 NEUTRAL = Params()
@@ -31,6 +38,7 @@ class State(NamedTuple):
 class Inputs(NamedTuple):
     y: Annotated[float, Quantity("{y}", "motion before this effect")]
     load: Annotated[float, Quantity("{load}", "load on the drive")]
+    drive: Annotated[float, Quantity("{F}", "load or tension at the drive side")]
 
 
 class Outputs(NamedTuple):
@@ -41,8 +49,8 @@ PRESETS = {}
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(), Outputs(u.y - p.compliance * u.load)
+    return State(), Outputs(u.y - p.compliance * u.load - p.compliance_drive * u.drive)
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
-    return s, Outputs(u.y - p.compliance * u.load)  # (1)
+    return s, Outputs(u.y - p.compliance * u.load - p.compliance_drive * u.drive)  # (1)

@@ -6,21 +6,51 @@ distal side::
     x_out   = c x_in + x_h + x_0                                                        (T1)
     tau_out = (tau_in - g_LuGre(v_in))/ratio                                            (D2)
 
+Just after a reversal the friction turns within a travel that an encoder hardly resolves, and (D2) answers with a spike
+as large as the friction. With ``hold`` = 1 the friction there is left open (ours): all that is known of a drive that
+sticks is that its friction lies between the two sliding levels, so the load stays what it was as long as it can::
+
+    tau_out = clip(tau_out of the last step, (tau_in - F_pull)/ratio, (tau_in - F_release)/ratio)   (D3)
+
+with F_pull, F_release the friction of sliding at |v_in| in either direction. Right for loads that change slowly beside
+the reversals.
+
 Validity: parameters, state and bounds are those of TendonDrive, so one fitted set serves both.
 """
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
+from . import tendon_drive
 from .contract import Quantity
+from .joined import Part, joined
+from .lugre import stribeck
 from .tendon_drive import PRESETS as PRESETS
-from .tendon_drive import Params, State, distal_angle, friction_torque, moved, rest
 from .tendon_drive import check as check
+from .tendon_drive import distal_angle, friction_torque, moved, rest
 from .tendon_drive import warnings as warnings
 
 NAME = "DistalEstimator"
 MOTION = "x_in"
 LOAD = "tau_out"
+DRIVE = "tau_in"
 FRICTION_LIKE = "tau_in"
+
+
+class Holding(NamedTuple):
+    """What the estimator has beyond the drive."""
+
+    hold: Annotated[int, Quantity("1", "1: keep the load while the drive sticks, Eq (D3); 0: Eq (D2)", lo=0, hi=1)] = 0
+
+
+class Held(NamedTuple):
+    """State that the estimator has beyond the drive."""
+
+    tau_out: Annotated[float, Quantity("N.m", "torque on the distal side at the end of the last step")]
+
+
+DriveState = tendon_drive.State
+Params = joined("Params", Part("", tendon_drive.Params, tendon_drive.Params(), {}), Part("", Holding, Holding(), {}))
+State = joined("State", Part("", DriveState, None, {}), Part("", Held, None, {}))
 
 
 class Inputs(NamedTuple):
@@ -30,28 +60,40 @@ class Inputs(NamedTuple):
 
 class Outputs(NamedTuple):
     x_out: Annotated[float, Quantity("rad", "distal angle, Eq (T1)", display="deg")]
-    tau_out: Annotated[float, Quantity("N.m", "torque on the distal side, Eq (D2)")]
+    tau_out: Annotated[float, Quantity("N.m", "torque on the distal side, Eq (D2) or (D3)")]
 
 
-def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    s = rest(p, u.x_in)
-    return s, _outputs(p, s, u)
+def start(p: Any, u: Inputs) -> tuple[Any, Outputs]:
+    drive = rest(p, u.x_in)
+    tau_out = (u.tau_in - friction_torque(p, drive)) / p.ratio
+    return State(drive.x_in, drive.x_h, drive.v_in, drive.z, tau_out), Outputs(distal_angle(p, drive), tau_out)
 
 
-def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
-    after = moved(p, s, u.x_in, dt)
-    return after, _outputs(p, after, u)
+def step(p: Any, s: Any, u: Inputs, dt: float) -> tuple[Any, Outputs]:
+    drive = moved(p, DriveState(s.x_in, s.x_h, s.v_in, s.z), u.x_in, dt)
+    if p.hold == 1:
+        level = sliding_level(p, drive.v_in)
+        tau_out = min(max(s.tau_out, (u.tau_in - level) / p.ratio), (u.tau_in + level) / p.ratio)  # (D3)
+    else:
+        tau_out = (u.tau_in - friction_torque(p, drive)) / p.ratio  # (D2)
+    return State(drive.x_in, drive.x_h, drive.v_in, drive.z, tau_out), Outputs(distal_angle(p, drive), tau_out)  # (T1)
 
 
-def _outputs(p: Params, s: State, u: Inputs) -> Outputs:
-    return Outputs(distal_angle(p, s), (u.tau_in - friction_torque(p, s)) / p.ratio)  # (T1), (D2)
+def sliding_level(p: Any, v: float) -> float:
+    """Friction of sliding at the speed |v|, F_pull = -F_release of Eq (D3)."""
+    return stribeck(v, p.tau_c, p.tau_s, p.v_s) + p.sigma2 * abs(v)
 
 
-def friction_in(p: Params, u: Inputs, o: Outputs) -> float:
+def friction_in(p: Any, u: Inputs, o: Outputs) -> float:
     """Friction in the outputs, for a chain with effects."""
     return u.tau_in - p.ratio * o.tau_out
 
 
-def with_friction(p: Params, u: Inputs, o: Outputs, f: float) -> Outputs:
+def with_friction(p: Any, u: Inputs, o: Outputs, f: float) -> Outputs:
     """Outputs with the friction ``f`` instead, Eq (D2)."""
     return Outputs(o.x_out, (u.tau_in - f) / p.ratio)
+
+
+def with_load(p: Any, u: Inputs, o: Outputs, load: float) -> Outputs:
+    """Outputs with another load, for a chain whose friction band follows from effects too, Eq (D3)."""
+    return Outputs(o.x_out, load)

@@ -22,6 +22,7 @@ NAME = "TendonDrive"
 MOTION = "x_in"
 PER_RUN = ("x_0", "x_h_0")  # offset and initial state: identification gives each run its own
 LOAD = "tau_out"
+DRIVE = "tau_in"
 FRICTION_LIKE = "tau_in"
 
 
