@@ -118,7 +118,7 @@ def statistics(
     found: dict[str, Any] = {}
     for name, run in runs.items():
         experiment = cases[name][1]
-        window = run.time >= experiment.evaluate_from - 1e-9
+        window = experiment.window(run.time)
         metrics: dict[str, Any] = {
             address: {"unit": run.units[address], **_spread(values[window])} for address, values in run.columns.items()
         }

@@ -124,6 +124,7 @@ class FmuInstance:
                 f"FMU {name} ({description.path.name}) cannot be loaded: {self.last_log or _first_line(failure)} -- "
                 f"expected a library for {fmpy.platform_tuple} that instantiates -- {hint}, or for this platform"
             ) from failure
+        _keep_python_namespace(directory)
         self.inputs = self._blocks(inputs, "Set")
         self.outputs = self._blocks(outputs, "Get")
         self._do_step = self._stepper()
@@ -280,6 +281,20 @@ class FmuInstance:
 
     def _log_fmi3(self, _environment: Any, status: int, _category: bytes, message: bytes) -> None:
         _remember(self._log, status, message)
+
+
+_kept: list[dict[str, Any]] = []
+
+
+def _keep_python_namespace(directory: Path) -> None:
+    """Guard against a defect of PythonFMU 0.7.0: each instance drops a reference to its script's namespace too many.
+
+    Without this the namespace is freed while in use, and the process crashes some instances later.
+    """
+    script = directory / "resources" / "slavemodule.txt"
+    module = sys.modules.get(script.read_text(encoding="utf-8").strip()) if script.is_file() else None
+    if module is not None:
+        _kept.append(vars(module))
 
 
 def _remember(lines: deque[str], status: int, message: bytes | None) -> None:

@@ -138,7 +138,14 @@ def agreement(time: FloatArray, columns: Mapping[str, FloatArray], record: Recor
 
 def _alone(name: str, fmu: Path, record: Record, parameters: Mapping[str, Value]) -> System:
     """Return a system of this FMU; inputs that the record will drive count as given."""
-    driven = {p.name: p.start or 0 for p in describe(fmu).inputs if p.kind == "Real"}
+    inputs = describe(fmu).inputs
+    for port in inputs:
+        if port.kind != "Real" and port.name not in parameters:
+            raise InputError(
+                f"input {port.name} of {fmu.name} is {port.fmi_type} -- expected Real inputs in a replay -- "
+                f"give it a constant with --set {port.name}=..."
+            )
+    driven = {p.name: p.start or 0 for p in inputs if p.kind == "Real"}
     return System((Component(name, fmu, {**driven, **parameters}),), (), record.name)
 
 
@@ -153,11 +160,6 @@ def _rows(description: Description, driven: list[str], record: Record, cutoff: f
     variables = []
     for name in driven:
         port = description.ports[name]
-        if port.kind != "Real":
-            raise InputError(
-                f"input {name} of {description.path.name} is {port.fmi_type} -- expected Real inputs in a replay -- "
-                f"give it a constant with --set {name}=..."
-            )
         unit = port.unit or record.units.get(name, "1")
         variables.append(Variable(name, name, float, 0.0, Quantity(unit, "")))
     values: Any = kernel_inputs(record, _Inputs(tuple(variables)), cutoff).values  # pyright: ignore[reportArgumentType]

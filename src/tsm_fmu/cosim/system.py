@@ -7,6 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..models.contract import InputError
 from ..units import same_quantity, unit_to_si
 from .description import Description, Port, describe
@@ -99,6 +102,11 @@ class Experiment:
     method: str = "gauss-seidel"
     evaluate_from: float = 0.0
     tracking_error: str = ""
+
+    def window(self, time: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Mark the rows that statistics are taken from; all if the run ends before `evaluate_from`."""
+        begin = self.evaluate_from if self.evaluate_from < time[-1] else time[0]
+        return time >= begin - 1e-9 * self.step
 
 
 @dataclass(frozen=True)

@@ -25,13 +25,13 @@ def write_system_report(path: Path, name: str, cases: Mapping[str, Case], runs: 
 def _section(name: str, case: Case, run: Trajectory) -> Section:
     system, experiment = case
     plan = schedule(check_system(system))
-    delayed = ", ".join(f"{'.'.join(link.source)} to {'.'.join(link.target)}" for link in plan.delayed)
+    late = [f"{'.'.join(link.source)} to {'.'.join(link.target)}" for link in plan.delayed]
+    window = experiment.window(run.time)
     text = (
-        f"{experiment.start:g} to {experiment.stop:g} s, communication step {experiment.step:g} s, {experiment.method}, "
-        f"in the order {', '.join(plan.components)}. One step late: {delayed or 'nothing'}. Statistics from "
-        f"{experiment.evaluate_from:g} s on."
+        f"From {experiment.start:g} to {experiment.stop:g} s, communication step {experiment.step:g} s, "
+        f"{experiment.method}, in the order {', '.join(plan.components)}. "
+        f"One step late: {', '.join(late) or 'nothing'}. Statistics from {run.time[window][0]:g} s on."
     )
-    window = run.time >= experiment.evaluate_from - 1e-9
     rows = [
         (column, run.units[column], float(np.mean(v[window])), float(np.std(v[window])), float(np.ptp(v[window])))
         for column, v in run.columns.items()

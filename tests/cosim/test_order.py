@@ -1,0 +1,47 @@
+"""Order of evaluation, and algebraic loops by the names of their ports."""
+
+import pytest
+
+from tsm_fmu import InputError
+from tsm_fmu.cosim.order import schedule
+from tsm_fmu.cosim.system import Component, Connection, System, check_system
+
+
+def ordered(components, connections):
+    return schedule(check_system(System(tuple(components), tuple(Connection(*c) for c in connections))))
+
+
+def test_feed_through_comes_after_its_sources_whatever_the_declared_order(foreign):
+    gain, free = foreign["gain"], {"u_2": 0.0}
+    components = [Component(n, gain, free) for n in ("third", "second")] + [
+        Component("first", gain, {"u": 1.0, **free})
+    ]
+    plan = ordered(components, [("second.y", "third.u"), ("first.y", "second.u")])
+    assert plan.components == ("first", "second", "third")
+    assert plan.delayed == ()
+
+
+def test_a_state_breaks_the_loop_and_its_input_is_the_delayed_link(foreign):
+    components = [Component("g", foreign["gain"], {"u_2": 0.0}), Component("x", foreign["integrator"])]
+    plan = ordered(components, [("x.x", "g.u"), ("g.y", "x.u")])
+    assert plan.components == ("x", "g")
+    assert [(d.source, d.target) for d in plan.delayed] == [(("g", "y"), ("x", "u"))]
+
+
+def test_an_algebraic_loop_names_its_ports_in_the_direction_of_the_signal(foreign):
+    components = [Component(n, foreign["gain"]) for n in ("a", "b")] + [Component("x", foreign["integrator"])]
+    links = [("a.y", "b.u"), ("b.y", "a.u_2"), ("x.x", "a.u"), ("x.x", "b.u_2"), ("b.y", "x.u")]
+    with pytest.raises(InputError) as caught:
+        ordered(components, links)
+    message = str(caught.value)
+    ports = message.removeprefix("algebraic loop ").partition(" -- ")[0].split(" -> ")
+    assert ports[0] == ports[-1]
+    begin = ports.index("a.y")
+    assert [*ports[begin:-1], *ports[:begin]] == ["a.y", "b.u", "b.y", "a.u_2"]
+    assert "J_load" in message
+
+
+def test_an_fmu_that_states_no_dependencies_may_be_in_a_feedback(foreign):
+    units, free = foreign["units"], {"speed": 0.0, "kelvin": 0.0}
+    plan = ordered([Component("p", units, free)], [("p.angle_rad", "p.angle")])
+    assert [d.target for d in plan.delayed] == [("p", "angle")]

@@ -1,0 +1,145 @@
+"""SSP 1.0: what is written is valid, read by others, and comes back; what is damaged is named."""
+
+import re
+import zipfile
+from pathlib import Path
+
+import fmpy.ssp
+import numpy as np
+import pytest
+from fmpy.ssp.ssd import read_ssd
+from lxml import etree
+
+from tsm_fmu import InputError
+from tsm_fmu.cosim.master import simulate_system
+from tsm_fmu.cosim.ssp import open_ssp, write_ssp
+from tsm_fmu.cosim.system import Component, Connection, Experiment, System
+
+EXPERIMENT = Experiment(stop=0.7, step=0.01, start=0.2, method="jacobi", evaluate_from=0.3, tracking_error="x.x")
+
+
+@pytest.fixture
+def system(foreign):
+    components = (
+        Component("x", foreign["integrator"], {"x_0": 0.1 + 0.2}),
+        Component("g", foreign["gain"], {"k": -2.7, "u_2": 0.0}),
+        Component("p", foreign["units"], {"speed": 0.0, "kelvin": 0.0}),
+        Component("t", foreign["typed"], {"n": 3, "flag": True, "text": "a < b & c"}),
+    )
+    connections = (
+        Connection("x.x", "g.u", factor=1.5, offset=-0.25),
+        Connection("g.y", "x.u"),
+        Connection("p.angle_rad", "p.angle", convert_units=False),
+    )
+    return System(components, connections, "loop")
+
+
+@pytest.fixture
+def written(system, tmp_path):
+    return write_ssp(tmp_path / "loop.ssp", {"loop": (system, EXPERIMENT)})
+
+
+def rewritten(old: Path, new: Path, change) -> Path:
+    with zipfile.ZipFile(old) as source, zipfile.ZipFile(new, "w") as target:
+        for name in source.namelist():
+            content = source.read(name)
+            target.writestr(name, change(content.decode()) if name == "SystemStructure.ssd" else content)
+    return new
+
+
+def test_round_trip_keeps_everything_and_the_numbers(system, written):
+    with open_ssp(written) as cases:
+        assert list(cases) == ["loop"]
+        again, experiment = cases["loop"]
+        assert experiment == EXPERIMENT
+        assert again.name == "loop"
+        assert again.connections == system.connections
+        for old, new in zip(system.components, again.components, strict=True):
+            assert (old.name, old.fmu.read_bytes()) == (new.name, new.fmu.read_bytes())
+            assert {k: str(v).lower() for k, v in old.parameters.items()} == {
+                k: str(v).lower() for k, v in new.parameters.items()
+            }
+        first, second = (simulate_system(s, 0.7, 0.01, method="jacobi") for s in (system, again))
+    for column, values in first.columns.items():
+        assert np.array_equal(values, second.columns[column]), column
+
+
+def test_two_writings_are_byte_equal(system, written, tmp_path):
+    assert write_ssp(tmp_path / "again.ssp", {"loop": (system, EXPERIMENT)}).read_bytes() == written.read_bytes()
+
+
+def test_the_description_is_valid_and_read_by_fmpy(written):
+    schema = Path(fmpy.ssp.__file__).parent / "schema" / "SystemStructureDescription.xsd"
+    with zipfile.ZipFile(written) as archive:
+        tree = etree.fromstring(archive.read("SystemStructure.ssd"))
+    etree.XMLSchema(etree.parse(schema)).assertValid(tree)
+    described = read_ssd(written)
+    assert [e.name for e in described.system.elements] == ["x", "g", "p", "t"]
+    assert len(described.system.connections) == 3
+
+
+def test_variants_share_their_fmus(system, tmp_path):
+    other = system.with_values({"g.k": "-1.9"})
+    path = write_ssp(tmp_path / "two.ssp", {"a.one": (system, EXPERIMENT), "a.two": (other, EXPERIMENT)})
+    with zipfile.ZipFile(path) as archive:
+        names = archive.namelist()
+    assert sum(n.endswith(".fmu") for n in names) == 4
+    assert [n for n in names if n.endswith(".ssd")] == ["SystemStructure.ssd", "a.two.ssd"]
+    with open_ssp(path) as cases:
+        assert {n: dict(s.components[1].parameters)["k"] for n, (s, _) in cases.items()} == {
+            "a.one": "-2.7",
+            "a.two": "-1.9",
+        }
+
+
+def test_parameters_of_the_whole_system_and_a_missing_step(written, tmp_path):
+    def change(text):
+        text = re.sub(r"<ssd:Annotations>.*?</ssd:Annotations>", "", text, flags=re.DOTALL)
+        binding = (
+            '<ssd:ParameterBindings><ssd:ParameterBinding prefix="g."><ssd:ParameterValues>'
+            '<ssv:ParameterSet version="1.0" name="p"><ssv:Parameters><ssv:Parameter name="k"><ssv:Real value="-0.4"/>'
+            "</ssv:Parameter></ssv:Parameters></ssv:ParameterSet></ssd:ParameterValues></ssd:ParameterBinding>"
+            "</ssd:ParameterBindings><ssd:Elements>"
+        )
+        return text.replace("<ssd:Elements>", binding, 1)
+
+    with open_ssp(rewritten(written, tmp_path / "new.ssp", change)) as cases:
+        system, experiment = cases["loop"]
+        assert system.components[1].parameters["k"] == "-0.4"
+        assert (experiment.start, experiment.stop, experiment.step) == (0.2, 0.7, 1e-3)
+
+
+CHANGES = {
+    "half": (lambda t: t[: len(t) // 2], "SystemStructure.ssd is not XML"),
+    "other root": (lambda t: "<a/>", "has the root 'a' -- expected an SSP 1.0 description"),
+    "other namespace": (lambda t: t.replace("/SSP1/SystemStructureDescription", "/SSP9/x"), "no System element"),
+    "nested": (lambda t: t.replace("<ssd:Elements>", '<ssd:Elements><ssd:System name="s"/>', 1), "has a nested system"),
+    "no fmu": (lambda t: t.replace("resources/Gain.fmu", "resources/None.fmu"), "component 'g' with source"),
+    "outside": (lambda t: t.replace("resources/Gain.fmu", "../Gain.fmu"), "expected an FMU inside the archive"),
+    "number": (lambda t: t.replace('factor="1.5"', 'factor="much"'), "'much' -- expected a number"),
+    "mapping": (
+        lambda t: re.sub(r"<ssc:LinearTransformation[^>]*>", "<ssc:IntegerMappingTransformation/>", t),
+        "connection x.x -> g.u has a value mapping",
+    ),
+    "system input": (lambda t: t.replace('startElement="g" ', ""), "x.u is connected to the system input 'y'"),
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_what_is_damaged_or_not_supported_is_named_in_one_line(written, tmp_path, name):
+    change, message = CHANGES[name]
+    path = rewritten(written, tmp_path / "new.ssp", change)
+    with pytest.raises(InputError, match=re.escape(str(path)) + ".*" + re.escape(message)) as caught, open_ssp(path):
+        pass
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_empty_and_cut_archives_are_named(written, tmp_path):
+    cut, empty = tmp_path / "cut.ssp", tmp_path / "empty.ssp"
+    cut.write_bytes(written.read_bytes()[:10_000])
+    with zipfile.ZipFile(empty, "w") as archive:
+        archive.writestr("readme.txt", "nothing")
+    cases = {tmp_path / "none.ssp": "existing", cut: "cannot be unpacked", empty: "has no SystemStructure.ssd"}
+    for path, message in cases.items():
+        with pytest.raises(InputError, match=f"SSP .*{message}"), open_ssp(path):
+            pass
