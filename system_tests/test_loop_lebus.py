@@ -1,0 +1,119 @@
+"""LeBus drive there and back from its FMUs: closed forms of elastic error, lost motion and what compensators leave."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tsm_fmu.cosim.cases import run_cases, with_values
+from tsm_fmu.cosim.scenarios import lebus_drive as scenario
+
+MU, L, T_0, EA, R = 0.16, 1.5, 1.1, 6786.0, 0.0125
+LOAD = {"m05_180": (0.5, 180.0, 0.154), "m05_540": (0.5, 540.0, 0.183), "m10_180": (1.0, 180.0, 0.198)}
+LOAD["m10_540"] = (1.0, 540.0, 0.198)
+
+
+@pytest.fixture(scope="module")
+def cases(fmus):
+    return scenario.cases({name: fmus(name) for name in scenario.FMUS})
+
+
+def found(cases, name, stop=None, **values):
+    """Quantities and run of one case, with values set as on the command line."""
+    system, experiment = cases[name]
+    case = {name: (system, experiment if stop is None else replace(experiment, stop=stop))}
+    case = with_values(case, {k.replace("__", "."): str(v) for k, v in values.items()})
+    (run,) = run_cases(case, record=scenario.RECORD).values()
+    return scenario.quantities(name, run), run
+
+
+def pulled(condition):
+    """Weight, lam, tension at the driver and stretch beyond preload [N, 1, N, mm] of a uniform bend, AME Eq (23)."""
+    mass, angle, _ = LOAD[condition]
+    weight, lam = mass * 9.81, MU * math.radians(angle)
+    at_driver = weight * math.exp(lam)
+    return weight, lam, at_driver, 1e3 * (at_driver * L * (1 - math.exp(-lam)) / lam - T_0 * L) / EA
+
+
+@pytest.mark.parametrize("condition", LOAD)
+def test_without_winding_strain_error_and_lost_motion_are_closed_forms(cases, condition):
+    _, _, at_driver, stretch = pulled(condition)
+    q, run = found(cases, f"{condition}.uncompensated", transmission__winding_strain=0)
+    slack = 1e3 * LOAD[condition][2]
+    assert q["forward_max_mm"] == pytest.approx(stretch, abs=1e-9)
+    assert q["reverse_max_mm"] == pytest.approx(slack + stretch, abs=1e-9)
+    assert q["lost_motion_mm"] == pytest.approx(slack + 2 * stretch, abs=1e-9)
+    assert run.columns["transmission.T_a"][780] == pytest.approx(at_driver, rel=1e-12)
+    assert run.columns["transmission.T_b"][-1] == pytest.approx(at_driver, rel=1e-12)
+    assert run.columns["transmission.T_a"][-1] == 0.0  # tendon a is loose on the way back
+
+
+@pytest.mark.parametrize("condition", ["m05_180", "m10_540"])
+def test_a_hanging_weight_needs_no_slack(cases, condition):
+    weight, lam, _, _ = pulled(condition)
+    q, run = found(cases, f"{condition}.hanging", transmission__winding_strain=0)
+    assert q["lost_motion_mm"] == pytest.approx(1e3 * 2 * weight * L / EA * (math.cosh(lam) - 1) / lam, abs=1e-9)
+    assert np.max(run.columns["transmission.T_b"]) == 0.0
+    assert run.columns["transmission.slack_b"].min() > 0.9 * LOAD[condition][2]
+
+
+def test_winding_strain_and_the_reported_forward_errors(cases):
+    reported = {"m05_180": 1.77, "m05_540": 3.21, "m10_180": 4.808, "m10_540": 10.37}
+    ours = {}
+    for condition in LOAD:
+        _, _, at_driver, stretch = pulled(condition)
+        q, run = found(cases, f"{condition}.uncompensated", stop=scenario.TURN)
+        ours[condition] = q["forward_max_mm"]
+        follower = 1e3 * R * (run.columns["transmission.theta_out"][-1] - run.columns["transmission.theta_out"][0])
+        wound = follower * (at_driver - T_0) / EA
+        # the follower's first travel, before the whole tendon slides, counts in second order of the strain
+        assert ours[condition] == pytest.approx(stretch + wound, rel=1e-3)
+    rms = math.sqrt(np.mean([(ours[c] - reported[c]) ** 2 for c in LOAD]))
+    assert rms == pytest.approx(0.85, abs=0.01)  # what one EA inside the fibre's range can do
+
+
+@pytest.mark.parametrize("condition", ["m05_180", "m10_540"])
+def test_compensation_leaves_what_the_compensator_does_not_know(cases, condition):
+    weight, _, at_driver, _ = pulled(condition)
+    perfect, _ = found(cases, f"{condition}.compensated")
+    assert perfect["forward_max_mm"] < 1e-9
+    assert perfect["reverse_max_mm"] < 1e-9
+    strain = (at_driver - T_0) / EA
+    path, run = found(cases, f"{condition}.compensated_path_only", stop=scenario.TURN)
+    travel = 1e3 * R * (run.columns["transmission.theta_out"][-1] - run.columns["transmission.theta_out"][0])
+    assert path["forward_max_mm"] == pytest.approx(strain * travel, rel=1e-3)
+    lugre, _ = found(cases, f"{condition}.compensated_lugre", stop=scenario.TURN)
+    # f = mu T + sigma2 v stretches by f L/EA; the follower turns by 1/(1 + strain) of the driver while it winds
+    term = 1e3 * (MU * weight + 4.3 * 0.05) * L / EA
+    assert -lugre["forward_end_mm"] == pytest.approx(term / (1 + strain), rel=1e-6)
+
+
+def test_without_compensation_the_slack_shows_and_with_it_does_not(cases):
+    for condition in ("m05_180", "m10_540"):
+        q, _ = found(cases, f"{condition}.uncompensated")
+        assert q["reverse_max_mm"] == pytest.approx(
+            scenario.REPORTED[f"{condition}.uncompensated"]["reverse_max_mm"], rel=0.01
+        )
+        wrong, _ = found(cases, f"{condition}.compensated", compensator__slack=LOAD[condition][2] - 0.0015)
+        assert wrong["forward_max_mm"] < 1e-9
+        assert wrong["reverse_max_mm"] == pytest.approx(1.5, abs=1e-2)  # the driver turns back too little by that
+
+
+def test_layers_alone_peak_at_two_thirds_of_the_stroke(cases):
+    """Inextensible and without friction the radii decide: r_2/r_1 until the driver's layer is full, 1, then r_1/r_2."""
+    rigid = {"transmission__EA": 1e12, "transmission__mu": 0, "transmission__T_0": 0}
+    q, run = found(cases, "m10_540.layers", stop=scenario.TURN, **rigid)
+    r_1 = 12.5 + 0.305 / 2
+    r_2 = r_1 + 0.305 * math.sqrt(3) / 2
+    theta = run.columns["reference.y"]
+    layer = 2 * math.pi * 6.67
+    wound = theta * r_1 + np.maximum(theta - layer, 0) * (r_2 - r_1)
+    full = layer * r_2
+    follower = np.where(wound < full, wound / r_2, layer + (wound - full) / r_1)
+    expected = 12.5 * (theta - follower)
+    np.testing.assert_allclose(scenario.error_mm(run), expected, atol=1e-6)
+    plateau = (12.5 * layer, 12.5 * (layer + (full - layer * r_1) / r_2))  # both wheels on their second radius
+    assert plateau[0] - 1.0 < q["forward_max_at_mm"] < plateau[1] + 1.0
+    assert plateau[0] == pytest.approx(785 * 2 / 3, rel=0.01)
+    assert q["forward_end_mm"] < 0.6 * q["forward_max_mm"]

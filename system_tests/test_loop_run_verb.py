@@ -1,0 +1,53 @@
+"""``tsm-fmu run`` on the loop scenarios: JSON, results, report, and an .ssp that runs again."""
+
+import json
+
+import pandas as pd
+import pytest
+
+from tsm_fmu.cli.app import run
+
+# scenario, case, stop, a quantity of that case, what the report is called
+RUNS = [
+    ("single_tsm_force", "bouc_wen.multi_periodic.lugre", "6", "error_rms_N", "Distal tension"),
+    ("lebus_drive", "m05_180.compensated_path_only", "20", "lost_motion_mm", "LeBus"),
+    ("configuration_independence", "bends_apart", "7", "ratio_pull_1", "Configuration independence"),
+]
+
+
+def metrics_of(capsys, *arguments):
+    assert run(["run", *arguments, "--json"]) == 0
+    captured = capsys.readouterr()
+    return json.loads(captured.out)
+
+
+@pytest.mark.parametrize(("scenario", "case", "stop", "quantity", "title"), RUNS)
+def test_a_case_runs_and_its_ssp_runs_again(tmp_path, capsys, scenario, case, stop, quantity, title):
+    found = metrics_of(capsys, scenario, "--case", case, "--stop", stop, "--out", str(tmp_path / "first"))
+    place = found["metrics"]
+    for part in case.split(".") if "." in case else ():
+        place = place[part]
+    assert isinstance(place[quantity], float)
+    assert place["to_s"] == pytest.approx(float(stop))
+    report = (tmp_path / "first" / "report.html").read_text(encoding="utf-8")
+    assert title in report
+    assert case in report
+    again = metrics_of(capsys, str(tmp_path / "first" / f"{scenario}.ssp"), "--out", str(tmp_path / "again"))
+    first, second = (pd.read_csv(r["results"]).set_index("time [s]") for r in (found, again))
+    assert len(first) > 100
+    assert set(first) <= set(second)
+    pd.testing.assert_frame_equal(first, second[list(first)], rtol=0, atol=0)
+
+
+def test_a_lebus_run_that_ends_before_the_turn_has_no_way_back(tmp_path, capsys):
+    found = metrics_of(capsys, "lebus_drive", "--case", "m10_180.hanging", "--stop", "5", "--out", str(tmp_path))
+    assert "forward_max_mm" in found["metrics"]["m10_180"]["hanging"]
+    assert "reverse_max_mm" not in found["metrics"]["m10_180"]["hanging"]
+
+
+@pytest.mark.parametrize("scenario", [row[0] for row in RUNS])
+def test_unknown_case_is_one_line(tmp_path, capsys, scenario):
+    assert run(["run", scenario, "--case", "sideways", "--out", str(tmp_path)]) == 2
+    error = capsys.readouterr().err.strip()
+    assert "case 'sideways'" in error
+    assert "\n" not in error
