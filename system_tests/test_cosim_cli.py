@@ -76,6 +76,14 @@ def test_run_writes_results_report_and_a_system_that_gives_the_same_numbers_agai
     assert (scenario_run / "results.csv").read_text().splitlines()[0].startswith("time [s],")
 
 
+def test_run_prints_a_table_of_the_tracking_errors(tmp_path, capsys):
+    arguments = ["run", "mssp_feedforward", "--case", "periodic.b065_law_1", "--stop", "0.3", "--out", str(tmp_path)]
+    assert tsm_fmu(arguments) == 0
+    printed = capsys.readouterr().out
+    assert re.search(r"periodic\.b065_law_1 .* deg", printed)
+    assert str(tmp_path / "report.html") in printed.replace("\n", "")
+
+
 def test_set_reaches_the_component(scenario_run):
     run = read_record(scenario_run / "results.csv")
     tau, phi = run.columns["periodic.law_1.load.tau"], run.columns["periodic.law_1.backlash.x_out"]

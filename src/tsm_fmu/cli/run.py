@@ -71,15 +71,15 @@ def run(
         if scenario is None:
             from ..cosim.system_report import write_system_report
 
-            report = write_system_report(out / "report.html", name, cases, runs)
+            report, beside = write_system_report(out / "report.html", name, cases, runs), metrics
         else:
             beside = scenario.comparison(cases)
             report = scenario.write_scenario_report(out / "report.html", runs, metrics, beside)
-            metrics |= beside
+            beside = {**metrics, **beside}
     for line in dict.fromkeys(message for r in runs.values() for message in r.messages):
         typer.echo(line, err=True)
     if as_json:
-        print_json({"metrics": metrics, "results": str(results), "report": str(report)})
+        print_json({"metrics": beside, "results": str(results), "report": str(report)})
         return
     _print(metrics)
     typer.echo(f"results {results}\nreport  {report}")
