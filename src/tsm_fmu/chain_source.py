@@ -72,7 +72,7 @@ class Writer:
         names = ["Params", "State", "Inputs", "Outputs", "start", "step"]
         optional = [
             n
-            for n in ("check", "warnings", "friction_in", "with_friction", "sliding_level", "with_load")
+            for n in ("check", "warnings", "friction_in", "with_friction", "sliding_level", "held_load", "with_load")
             if hasattr(self.module, n)
         ]
         lines = [f"from .{self.model_file} import {n} as model_{n}" for n in names + optional]
@@ -263,11 +263,11 @@ class Writer:
         ways = (f"Motion(m.x, m.v, m.a, {sign}, {sign})" for sign in ("1.0", "-1.0")) if self.moves else ("m", "m")
         pull, release = ways
         return [
-            "    if p.hold == 1:",
+            "    if p.hold == 1 and s.slid == 1.0:",
             "        level = model_sliding_level(mp, ms.v_in)",
             f"        lo, ft, f = load_step(p, s, u, mp, mu, o, {pull}, level, dt)",
             f"        hi, ft, f = load_step(p, s, u, mp, mu, o, {release}, -level, dt)",
-            f"        held = min(max(s.{self.load}, lo), hi)",
+            f"        held = model_held_load(s.{self.load}, lo, hi)",
             "        o = model_with_load(mp, mu, o, held)",
         ]
 

@@ -12,8 +12,8 @@ sticks is that its friction lies between the two sliding levels, so the load sta
 
     tau_out = clip(tau_out of the last step, (tau_in - F_pull)/ratio, (tau_in - F_release)/ratio)   (D3)
 
-with F_pull, F_release the friction of sliding at |v_in| in either direction. Right for loads that change slowly beside
-the reversals.
+with F_pull, F_release the friction of sliding at |v_in| in either direction. The first value to hold is the load at the
+moment when the drive first slides, until when (D2) stands. Right for loads that change slowly beside the reversals.
 
 Validity: parameters, state and bounds are those of TendonDrive, so one fitted set serves both.
 """
@@ -46,6 +46,7 @@ class Held(NamedTuple):
     """State that the estimator has beyond the drive."""
 
     tau_out: Annotated[float, Quantity("N.m", "torque on the distal side at the end of the last step")]
+    slid: Annotated[float, Quantity("1", "1 once the drive has slid, 0 before")]
 
 
 DriveState = tendon_drive.State
@@ -66,17 +67,29 @@ class Outputs(NamedTuple):
 def start(p: Any, u: Inputs) -> tuple[Any, Outputs]:
     drive = rest(p, u.x_in)
     tau_out = (u.tau_in - friction_torque(p, drive)) / p.ratio
-    return State(drive.x_in, drive.x_h, drive.v_in, drive.z, tau_out), Outputs(distal_angle(p, drive), tau_out)
+    return State(drive.x_in, drive.x_h, drive.v_in, drive.z, tau_out, 0.0), Outputs(distal_angle(p, drive), tau_out)
 
 
 def step(p: Any, s: Any, u: Inputs, dt: float) -> tuple[Any, Outputs]:
     drive = moved(p, DriveState(s.x_in, s.x_h, s.v_in, s.z), u.x_in, dt)
-    if p.hold == 1:
-        level = sliding_level(p, drive.v_in)
-        tau_out = min(max(s.tau_out, (u.tau_in - level) / p.ratio), (u.tau_in + level) / p.ratio)  # (D3)
+    level = sliding_level(p, drive.v_in)
+    slid = max(s.slid, drive_slides(p, drive.z, level))
+    if p.hold == 1 and s.slid == 1.0:
+        tau_out = held_load(s.tau_out, (u.tau_in - level) / p.ratio, (u.tau_in + level) / p.ratio)
     else:
         tau_out = (u.tau_in - friction_torque(p, drive)) / p.ratio  # (D2)
-    return State(drive.x_in, drive.x_h, drive.v_in, drive.z, tau_out), Outputs(distal_angle(p, drive), tau_out)  # (T1)
+    after = State(drive.x_in, drive.x_h, drive.v_in, drive.z, tau_out, slid)
+    return after, Outputs(distal_angle(p, drive), tau_out)  # (T1)
+
+
+def drive_slides(p: Any, z: float, level: float) -> float:
+    """1 where the bristles have nine tenths of their sliding deflection, else 0."""
+    return 1.0 if p.sigma0 * abs(z) > 0.9 * level else 0.0
+
+
+def held_load(last: float, pull: float, release: float) -> float:
+    """Load between those of sliding in pull and in release, Eq (D3)."""
+    return min(max(last, pull), release)
 
 
 def sliding_level(p: Any, v: float) -> float:
