@@ -93,16 +93,33 @@ def _built(models: tuple[str, ...], folder: Path) -> dict[str, Path]:
 
 
 def _print(metrics: Mapping[str, Any]) -> None:
-    table = Table("signal", "mean", "std", "peak to peak", "unit")
-    for name, unit, spread in _rows(metrics, ()):
-        table.add_row(name, *(f"{spread[k]:.5g}" for k in ("mean", "std", "peak_to_peak")), unit)
-    Console().print(table)
+    console = Console()
+    if signals := _rows(metrics, ()):
+        table = Table("signal", "mean", "std", "peak to peak", "unit")
+        for name, unit, spread in signals:
+            table.add_row(name, *(f"{spread[k]:.5g}" for k in ("mean", "std", "peak_to_peak")), unit)
+        console.print(table)
+    if quantities := _quantities(metrics, ()):
+        table = Table("case", "quantity", "value")
+        for row in quantities:
+            table.add_row(*row)
+        console.print(table)
 
 
 def _rows(metrics: Mapping[str, Any], path: tuple[str, ...]) -> list[tuple[str, str, Mapping[str, float]]]:
-    """Tracking errors of the cases, or all signals of a case without one."""
+    """Tracking errors of the cases, or all signals of a case without any number of its own."""
     if "peak_to_peak_deg" in metrics:
         return [(".".join(path), "deg", {k: metrics[f"{k}_deg"] for k in ("mean", "std", "peak_to_peak")})]
     if "peak_to_peak" in metrics:
         return [(".".join(path), str(metrics["unit"]), metrics)]
+    if "signals" in metrics:
+        return []
     return [row for k, v in metrics.items() if isinstance(v, Mapping) for row in _rows(v, (*path, k))]
+
+
+def _quantities(metrics: Mapping[str, Any], path: tuple[str, ...]) -> list[tuple[str, str, str]]:
+    """Numbers that a scenario computes itself: case, name with unit, value."""
+    if "signals" in metrics:
+        own = {k: v for k, v in metrics.items() if isinstance(v, float) and not k.endswith(("_deg", "_s"))}
+        return [(".".join(path), name, f"{value:.5g}") for name, value in own.items()]
+    return [row for k, v in metrics.items() if isinstance(v, Mapping) for row in _quantities(v, (*path, k))]

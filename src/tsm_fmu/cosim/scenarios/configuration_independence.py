@@ -106,7 +106,7 @@ def quantities(name: str, run: Trajectory) -> dict[str, float]:
     ``ratio_*_1``: mean T_a/(m g) while the follower runs; ``ratio_spread_1``: largest deviation from these means.
     """
     moved = np.diff(run.columns["reference.y"], prepend=run.columns["reference.y"][0])
-    window = run.time >= EXPERIMENT.evaluate_from - 1e-9
+    window = EXPERIMENT.window(run.time)
     runs = window & (run.columns["transmission.stage"] == 2)
     ratio = run.columns["transmission.T_a"] / WEIGHT
     pull, release = ratio[runs & (moved > 0.0)], ratio[runs & (moved < 0.0)]
@@ -150,7 +150,7 @@ def write_scenario_report(
         if not q:
             continue
         difference = runs[name].columns["friction.y"] - reference.columns["friction.y"]
-        off = float(np.sqrt(np.mean(difference[reference.time >= EXPERIMENT.evaluate_from - 1e-9] ** 2)))
+        off = float(np.sqrt(np.mean(difference[EXPERIMENT.window(reference.time)] ** 2)))
         ratios.append((name, *forms[name].values(), q["ratio_pull_1"], q["ratio_release_1"], q["friction_work_J"]))
         elastic.append((name, q["elongation_pull_mm"], q["elongation_release_mm"], q["running_percent"], off))
     text = (

@@ -206,7 +206,7 @@ def baseline(sheath: Sheath) -> dict[str, Value]:
 
 def quantities(name: str, run: Trajectory) -> dict[str, float]:
     """Error of the estimated distal tension, beside the friction that it is about."""
-    window = run.time >= EXPERIMENT.evaluate_from - 1e-9
+    window = EXPERIMENT.window(run.time)
     error, force = run.columns["error.y"][window], run.columns["plant.F"][window]
     rms = float(np.sqrt(np.mean(error**2)))
     return {
