@@ -100,7 +100,7 @@ def design_pid(
 
 
 def _margins(loop: Any, delay: float) -> tuple[float, float, float, float]:
-    """Crossover [rad/s], gain margin [dB], phase margin [deg], delay margin [s]; the delay as a Pade form of order 4."""
+    """Crossover [rad/s], gain margin [dB], phase margin [deg], delay margin [s]; the delay as a Pade form (order 4)."""
     delayed = loop * control.tf(*control.pade(delay, 4))
     gain, phase, _, _, crossover, _ = control.stability_margins(delayed)
     return float(crossover), 20.0 * math.log10(float(gain)), float(phase), math.radians(float(phase)) / float(crossover)
