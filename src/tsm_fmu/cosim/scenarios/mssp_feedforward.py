@@ -172,7 +172,7 @@ def without_motor(case: Case) -> dict[str, float]:
     """Tracking error [deg] of a case if the motor followed its command exactly, from the kernels themselves."""
     system, experiment = case
     values = {c.name: c.parameters for c in system.components}
-    time = np.arange(round(experiment.stop / experiment.step) + 1) * experiment.step
+    time: NDArray[np.float64] = np.arange(round(experiment.stop / experiment.step) + 1, dtype=float) * experiment.step
 
     def outputs(model: str, name: str, column: NDArray[np.float64] | None) -> NDArray[np.float64]:
         k = kernel(model)
