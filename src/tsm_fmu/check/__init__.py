@@ -1,0 +1,6 @@
+"""The data gate: what is in a measured run before anything is fitted to it."""
+
+from .finding import Finding
+from .run_check import Channel, RunCheck, check_record
+
+__all__ = ["Channel", "Finding", "RunCheck", "check_record"]

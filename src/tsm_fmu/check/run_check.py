@@ -1,0 +1,127 @@
+"""All checks of one run in one result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..quantisation import quantisation_step
+from ..record import Record
+from .clock import Clock, check_clock
+from .events import check_events
+from .finding import Finding, finding
+from .levels import check_clipping, check_quantisation, check_stuck
+from .motion import Motion, drive_channel, motion_of, position_channels, shortest_period, turning_points
+from .power import Power, check_power
+
+__all__ = ["Channel", "RunCheck", "check_record"]
+
+_BROKEN_AWAY = 0.1
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One column in SI.
+
+    Attributes
+    ----------
+    unit : str
+    lowest, highest : float
+    step : float
+        Quantisation step; 0.0 where none was found.
+    noise : float
+        RMS of what is not seen again one sample later (second differences over the root of 6).
+    """
+
+    unit: str
+    lowest: float
+    highest: float
+    step: float
+    noise: float
+
+
+@dataclass(frozen=True)
+class RunCheck:
+    """What is in a run.
+
+    Attributes
+    ----------
+    name : str
+    sha256 : str
+    samples : int
+    t0, t1 : float
+        First and last time [s].
+    clock : Clock
+    channels : dict of str to Channel
+    motion : Motion or None
+        Of the drive; None where no channel is a position that moves.
+    powers : list of Power
+    findings : list of Finding
+        In order of time; ``coverage`` last.
+    """
+
+    name: str
+    sha256: str
+    samples: int
+    t0: float
+    t1: float
+    clock: Clock
+    channels: dict[str, Channel]
+    motion: Motion | None
+    powers: list[Power]
+    findings: list[Finding]
+
+
+def check_record(record: Record) -> RunCheck:
+    """Check a run; see `RunCheck`. Nothing is repaired."""
+    clock, found = check_clock(record)
+    drive = drive_channel(record)
+    positions = position_channels(record)
+    window = max(3, int(0.1 * shortest_period(record, drive) * clock.rate))
+    channels = {name: _channel(record, name) for name in record.columns}
+    for name, channel in channels.items():
+        found += check_quantisation(record, name, channel.step)
+        found += check_clipping(record, name, channel.step, window)
+        found += check_stuck(record, name, positions)
+    motion, coverage = motion_of(record, drive) if drive else (None, [])
+    found += check_events(record, window, positions, _turning(record, motion, window))
+    powers, signs = check_power(record)
+    found += signs
+    if motion and motion.initial_rest * clock.rate > 0.5 * window:
+        found.append(_rest(record, motion))
+    found.sort(key=lambda f: f.t0)
+    t0, t1 = float(record.time[0]), float(record.time[-1])
+    return RunCheck(
+        record.name, record.sha256, record.time.size, t0, t1, clock, channels, motion, powers, found + coverage
+    )
+
+
+def _channel(record: Record, name: str) -> Channel:
+    x = record.columns[name]
+    noise = float(np.sqrt(np.mean(np.square(np.diff(x, 2))) / 6.0)) if x.size > 2 else 0.0
+    return Channel(record.units[name], float(x.min()), float(x.max()), quantisation_step(x), noise)
+
+
+def _turning(record: Record, motion: Motion | None, window: int) -> NDArray[np.bool_]:
+    """Where the drive turns or starts, until it has moved away by a tenth of its range, and a window around."""
+    marked = np.zeros(record.time.size, dtype=bool)
+    if motion is None:
+        return marked
+    x = record.columns[motion.channel]
+    start = int(np.searchsorted(record.time, record.time[0] + motion.initial_rest))
+    for k in [start, *turning_points(x)]:
+        away = np.abs(x[k:] - x[k]) > _BROKEN_AWAY * float(np.ptp(x))
+        end = k + (int(np.argmax(away)) if away.any() else away.size)
+        marked[max(0, k - window) : end + window] = True
+    return marked
+
+
+def _rest(record: Record, motion: Motion) -> Finding:
+    end = int(np.searchsorted(record.time, record.time[0] + motion.initial_rest, side="right")) - 1
+    text = (
+        f"{motion.channel} rests until {record.time[end]:.3f} s; the state of friction and backlash is not known "
+        "before the first reversals, so do not score the start"
+    )
+    return finding(record, "start_up", motion.channel, 0, end, text)
