@@ -1,0 +1,54 @@
+"""``tsm-fmu reproduce``: every figure and number of the five papers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from ..models.contract import InputError
+from .app import app, print_json
+
+
+@app.command("reproduce")
+def reproduce(
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for report and tables.")] = Path(
+        "reproduction"
+    ),
+    paper: Annotated[
+        list[str], typer.Option("--paper", metavar="KEY", help="This paper only, e.g. mmt2015; repeatable.")
+    ] = [],  # noqa: B006  typer reads it
+    loops: Annotated[bool, typer.Option("--loops/--no-loops", help="Co-simulate the closed loops with FMUs.")] = True,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+) -> None:
+    """Every figure and number of the five papers: reported, ours, verdict, why."""
+    from ..reproduce import reproduce as compute
+    from ..reproduce import write_reproduction
+    from ..reproduce.write import as_json as described
+
+    if out.exists() and not out.is_dir():
+        raise InputError(f"--out {out} is a file -- expected a folder -- choose another")
+    console = Console(stderr=True)
+
+    def progress(what: str) -> None:
+        if console.is_terminal:
+            console.print(f"computing {escape(what)}")
+
+    done = compute(paper, closed_loops=loops, progress=progress)
+    paths = write_reproduction(out, done)
+    if as_json:
+        print_json({**described(done), **{kind: str(path) for kind, path in paths.items()}})
+        return
+    table = Table("paper", "item", "quantity", "reported", "ours", "verdict", title_justify="left")
+    for claim in done.claims:
+        unit = "" if claim.unit in ("", "1") else f" [{claim.unit}]"
+        cells = (claim.paper, claim.items[0], claim.quantity + unit, claim.reported, claim.ours, claim.verdict.value)
+        table.add_row(*map(escape, cells))
+    Console().print(table)
+    for verdict, number in done.counts().items():
+        typer.echo(f"{number:4d} {verdict}")
+    typer.echo(f"report {paths['report']}\ntable  {paths['csv']}")

@@ -1,0 +1,6 @@
+"""Every figure and number of the five papers: reported, computed in this run, verdict, reason."""
+
+from .run import Reproduction, reproduce
+from .write import write_reproduction
+
+__all__ = ["Reproduction", "reproduce", "write_reproduction"]
