@@ -112,6 +112,7 @@ def _replayed(fmu: Path, card: ModelCard, fitted: Fit, record: Record) -> dict[s
         "run": run,
         "rmse_deg": float(np.degrees(agreement(part.time, cut, part)[CHANNEL].rmse)),
         "line_deg": float(np.degrees(np.sqrt(np.mean(line**2)))),
+        "lost_motion": lambda angle: angle - values["c"] * record.columns["x_in"] - values["x_0"],
         "from_kernel": float(np.max(np.abs(run.columns[CHANNEL] - alone[:, 0]))),
     }
 
@@ -153,10 +154,12 @@ def _report(
 def _replay_section(record: Record, found: Mapping[str, Any], role: str) -> Section:
     x, y, simulated = record.columns["x_in"], record.columns[CHANNEL], found["run"].columns[CHANNEL]
     shown = record.time >= record.time[0] + SETTLED
-    loop = [
-        Line("measured", np.degrees(x[shown]), np.degrees(y[shown]), dashed=True),
-        Line("FMU", np.degrees(x[shown]), np.degrees(simulated[shown])),
-    ]
+
+    def loop(title: str, label: str, part: Callable[[Any], Any]) -> Any:
+        drawn = [("measured", y, True), ("FMU", simulated, False)]
+        lines = [Line(n, np.degrees(x[shown]), np.degrees(part(angle)[shown]), dashed) for n, angle, dashed in drawn]
+        return loop_figure(lines, title, "x_in [deg]", label)
+
     history = [
         Line("measured", record.time, np.degrees(y), dashed=True),
         Line("FMU", record.time, np.degrees(simulated)),
@@ -169,7 +172,8 @@ def _replay_section(record: Record, found: Mapping[str, Any], role: str) -> Sect
         f"{record.name} ({role}): measured and replayed through the FMU",
         text,
         figures=(
-            loop_figure(loop, "Hysteresis loop", "x_in [deg]", "x_out [deg]"),
+            loop("Hysteresis loop", "x_out [deg]", lambda angle: angle),
+            loop("Lost motion", "x_out - c x_in - x_0 [deg]", found["lost_motion"]),
             time_figure(history, "Distal angle", "deg"),
             time_figure([Line("FMU - measured", record.time, np.degrees(simulated - y))], "Error", "deg"),
         ),

@@ -1,6 +1,8 @@
 """Command line: one verb, one file. ``tsm-fmu`` and ``python -m tsm_fmu`` start here."""
 
-from . import build, export, identify, list_models, run, simulate, validate
+from . import build, check, demo, export, identify, list_models, reproduce, run, simulate, validate
 from .app import app, main
 
-__all__ = ["app", "build", "export", "identify", "list_models", "main", "run", "simulate", "validate"]
+VERBS = (check, demo, build, validate, list_models, identify, simulate, export, run, reproduce)
+
+__all__ = ["VERBS", "app", "main"]
