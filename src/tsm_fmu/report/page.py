@@ -102,4 +102,4 @@ def _figure_html(figure: go.Figure) -> str:
 @cache
 def _template() -> Any:
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    return environment.from_string(files(__package__).joinpath("page.html").read_text(encoding="utf-8"))
+    return environment.from_string(files("tsm_fmu.report").joinpath("page.html").read_text(encoding="utf-8"))
