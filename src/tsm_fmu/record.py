@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .differentiate import differentiate
 from .kernel import Kernel
 from .models.contract import InputError, Variable
+from .samples import check_order, check_samples, window_of
 from .table import FIRST_ROW, Column, read_table, write_table
 from .units import same_quantity, unit_to_si
 
@@ -57,7 +58,7 @@ class Record:
         columns = {name: _frozen(values) for name, values in self.columns.items()}
         if set(columns) != set(self.units):
             raise InputError(f"{where}: units for {sorted(self.units)} -- expected one each for {sorted(columns)}")
-        _check_samples(where, time, columns, self.first_row)
+        check_samples(where, time, columns, self.first_row)
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "columns", MappingProxyType(columns))
         object.__setattr__(self, "units", MappingProxyType(dict(self.units)))
@@ -95,7 +96,7 @@ class Record:
         InputError
             If fewer than two samples are left.
         """
-        keep = _window(str(self.source or self.name), self.time, start, stop)
+        keep = window_of(str(self.source or self.name), self.time, start, stop)
         columns = {name: values[keep] for name, values in self.columns.items()}
         return replace(self, time=self.time[keep], columns=columns, first_row=self.row(keep.start))
 
@@ -190,8 +191,8 @@ def read_record(
     table = _renamed(path, table, renames or {})
     factors = _factors(path, [c.name for c in table[1:]], renames or {}, scales or {})
     time = _time(path, table[0])
-    _check_order(str(path), time, FIRST_ROW)
-    keep = _window(str(path), time, start, stop)
+    check_order(str(path), time, FIRST_ROW)
+    keep = window_of(str(path), time, start, stop)
     columns, units = {}, {}
     for column in table[1:]:
         try:
@@ -253,8 +254,12 @@ def _factors(path: Path, names: list[str], renames: Mapping[str, str], scales: M
     factors: dict[str, float] = {}
     for name, factor in scales.items():
         new = name if name in names else renames.get(name, name)
-        if new not in names or new in factors:
-            raise InputError(f"--scale {name}: {path} -- expected one of {', '.join(names)}, each once")
+        if new not in names:
+            raise InputError(
+                f"--scale {name}: {path} has no such channel -- expected one of {', '.join(names)} -- correct the name"
+            )
+        if new in factors:
+            raise InputError(f"--scale {name}: {new!r} has a factor already -- expected one -- remove the other")
         if not np.isfinite(factor) or factor == 0.0:
             raise InputError(f"--scale {name}={factor} -- expected a finite number other than 0 -- for example -1")
         factors[new] = float(factor)
@@ -276,54 +281,6 @@ def _time(path: Path, column: Column) -> FloatArray:
             f"{path}: time in {column.unit!r} -- expected a unit of time such as s or ms -- correct the header"
         )
     return column.values * unit_to_si(column.unit).factor
-
-
-def _window(where: str, time: FloatArray, start: float | None, stop: float | None) -> slice:
-    for option, bound in (("--from", start), ("--to", stop)):
-        if bound is not None and not np.isfinite(bound):
-            raise InputError(f"{option} {bound} -- expected a finite time [s]")
-    first = 0 if start is None else int(np.searchsorted(time, start, side="left"))
-    last = time.size if stop is None else int(np.searchsorted(time, stop, side="right"))
-    if (start is not None or stop is not None) and last - first < 2:
-        span = f"{time[0]:g} to {time[-1]:g} s" if time.size else "no samples"
-        begin, end = (time[0] if start is None else start), (time[-1] if stop is None else stop)
-        raise InputError(
-            f"{where}: {max(last - first, 0)} samples from {begin:g} to {end:g} s -- expected 2 or more inside {span} "
-            "-- correct --from and --to"
-        )
-    return slice(first, last)
-
-
-def _check_order(where: str, time: FloatArray, first_row: int) -> None:
-    if time.size < 2:
-        raise InputError(f"{where} has {time.size} samples -- expected 2 or more -- give a longer run")
-    if not np.isfinite(time).all():
-        k = int(np.argmin(np.isfinite(time)))
-        raise InputError(f"{where}: time is {time[k]} in row {first_row + k} -- expected a number -- remove the row")
-    steps = np.diff(time)
-    if not (steps > 0.0).all():
-        k = int(np.argmax(steps <= 0.0)) + 1
-        sort = "repeats" if time[k] == time[k - 1] else "goes back"
-        more = f" ({np.count_nonzero(steps <= 0.0)} such rows)"
-        raise InputError(
-            f"{where}: time {sort} in row {first_row + k}: {time[k]:.9g} s after {time[k - 1]:.9g} s{more} "
-            "-- expected increasing time -- sort the log or remove the row"
-        )
-
-
-def _check_samples(where: str, time: FloatArray, columns: Mapping[str, FloatArray], first_row: int) -> None:
-    _check_order(where, time, first_row)
-    for name, values in columns.items():
-        if values.shape != time.shape:
-            raise InputError(f"{where}: {name!r} has shape {values.shape} -- expected {time.shape} as time")
-        bad = ~np.isfinite(values)
-        if bad.any():
-            k = int(np.argmax(bad))
-            text = "NaN or empty" if np.isnan(values[k]) else "infinite"
-            raise InputError(
-                f"{where}: {text} cell in row {first_row + k}, column {name!r} (t = {time[k]:g} s), {bad.sum()} such "
-                "in this column -- expected finite numbers -- repair the log or cut it with --from and --to"
-            )
 
 
 def _frozen(values: ArrayLike) -> FloatArray:

@@ -148,7 +148,7 @@ def _csv(path: Path, content: bytes) -> tuple[list[str], list[FloatArray]]:
         raise InputError(f"{path} holds zero bytes -- expected UTF-8 text -- save it as UTF-8 CSV")
     content = content.rstrip() + b"\n"
     first = content.split(b"\n", 1)[0].decode().rstrip("\r")
-    cells = [cell.strip() for cell in next(csv.reader([first]), [])]
+    cells = [cell.strip() for cell in next(csv.reader([first], skipinitialspace=True), [])]
     _check_header(path, first, cells)
     if content.count(b"\n") < 2:
         return cells, [np.empty(0) for _ in cells]
