@@ -31,6 +31,16 @@ def fmus(tmp_path_factory) -> Fmus:
     return built
 
 
+@pytest.fixture(scope="session")
+def bare_packages(tmp_path_factory) -> Path:
+    """A folder with all that is installed here but this project and PythonFMU: what a foreign host has."""
+    folder = tmp_path_factory.mktemp("packages")
+    for entry in Path(fmpy.__file__).parents[1].iterdir():
+        if "tsm_fmu" not in entry.name and "pythonfmu" not in entry.name and entry.suffix != ".pth":
+            (folder / entry.name).symlink_to(entry)
+    return folder
+
+
 class Instance:
     """An FMU instance that keeps the log; thin, over FMPy's binding."""
 

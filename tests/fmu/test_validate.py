@@ -40,6 +40,10 @@ def replaced(name: str, old: bytes, new: bytes) -> Callable[[dict[str, bytes]], 
     return change
 
 
+def without(name: str) -> Callable[[dict[str, bytes]], object]:
+    return lambda files: [files.pop(path) for path in list(files) if path.endswith(name)]
+
+
 def test_an_undamaged_fmu_has_no_problem(fmu):
     assert validate_fmu(fmu) == []
 
@@ -62,6 +66,21 @@ def test_packing_again_is_no_damage(fmu, tmp_path):
         (replaced(XML, b'guid="', b'guid="0'), "expected a UUID"),
         (lambda files: [files.pop(f) for f in list(files) if f.startswith("binaries/")], "no library named"),
         (replaced("slavemodule.txt", b"PairedTsmBacklash", b"Another"), "slavemodule.txt names 'Another_"),
+        (without("fmi-ls-manifest.xml"), "fmi-ls-manifest.xml is missing -- expected reference results"),
+        (without("PairedTsmBacklash_out.csv"), "PairedTsmBacklash_out.csv is missing -- expected what the manifest"),
+        (replaced("PairedTsmBacklash_out.csv", b"0.5,", b"0.51,"), "has not the checksum of the manifest"),
+        (
+            replaced("PairedTsmBacklash_out.csv", b'"x_h"', b'"x_k"'),
+            "columns time, x_out, x_k -- expected time, x_out,",
+        ),
+        (replaced("PairedTsmBacklash_in.csv", b"\n0.5,", b"\n0.5,7,"), "has 3 cells in line 34 -- expected 2"),
+        (replaced("PairedTsmBacklash_in.csv", b"\n0.5,", b"\n0.5,x"), r"in.csv, line 34, is 'x.*expected a finite"),
+        (replaced("PairedTsmBacklash_in.csv", b"\n0.5,", b"\n0.6,"), "has not a row at every 0.015625 s"),
+        (replaced("validation.exp", b'stopTime="', b'stopTime="1'), "has not a row at every 0.015625 s up to 1"),
+        (replaced("validation.exp", b"</Experiments>", b""), "validation.exp is not XML"),
+        (replaced("fmi-ls-manifest.xml", b"experiment/", b"testcase/"), "lists no experiment"),
+        (replaced("validation.exp", b"Stimuli", b"Stimulus"), "experiment validation names no Stimuli"),
+        (replaced("parameters.ssv", b"10.1062", b"10.2"), "parameters.ssv differs in alpha"),
     ],
 )
 def test_damage_is_found(fmu, tmp_path, change, expected):

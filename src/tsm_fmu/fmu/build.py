@@ -28,6 +28,7 @@ from ..models.contract import InputError
 from . import slave
 from .content import GUID_MARK, TAG_MARK, guid_of, tag_of
 from .description import interface, model_description
+from .reference import reference_files
 
 PACKAGE = __name__.partition(".")[0]
 PYTHONFMU_FILES = ("_version", "default_experiment", "enums", "fmi2slave", "logmsg", "variables")
@@ -65,9 +66,10 @@ def build_fmu(
         raise InputError(
             f"FMU name {name!r} -- expected letters, digits and underscores, not beginning with a digit -- rename it"
         )
-    starts = _changed(kernel, start_values or {})
+    params = kernel.params(values=start_values)
+    starts = _changed(kernel, params)
     target = out if out.suffix == ".fmu" else out / f"{name}.fmu"
-    data = _archive(_named(_content(kernel, name, starts)))
+    data = _archive(_named(_content(kernel, name, params, starts)))
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(data)
@@ -89,14 +91,13 @@ def script_text(module_name: str, name: str, build_attributes: str = "") -> str:
     )
 
 
-def _changed(kernel: Kernel, start_values: Mapping[str, float]) -> dict[str, float]:
-    """Validated start values, only those that differ from the kernel's own."""
-    params = kernel.params(values=start_values)
+def _changed(kernel: Kernel, params: Any) -> dict[str, float]:
+    """Parameters that differ from the kernel's own, by public name."""
     values = {v.name: (v.kind(x), v.start) for v, x in zip(kernel.parameters, params, strict=True)}
     return {name: value for name, (value, start) in values.items() if value != start}
 
 
-def _content(kernel: Kernel, name: str, starts: Mapping[str, float]) -> dict[str, bytes]:
+def _content(kernel: Kernel, name: str, params: Any, starts: Mapping[str, float]) -> dict[str, bytes]:
     """Files of the FMU by archive path, with marks where GUID and tag will be."""
     fmu = interface(kernel, name, starts)
     xml = model_description(fmu, GUID_MARK)
@@ -114,6 +115,7 @@ def _content(kernel: Kernel, name: str, starts: Mapping[str, float]) -> dict[str
         f"resources/{name}_{TAG_MARK}.py": _isolated(script_text(module_name, name, added)),
         f"{package}/__init__.py": "",
         f"{package}/pythonfmu/__init__.py": "",
+        **reference_files(fmu, kernel, params),
     }
     texts["modelDescription.xml"] = '<?xml version="1.0" encoding="UTF-8"?>\n' + texts["modelDescription.xml"]
     for module in ("pythonfmu." + f for f in PYTHONFMU_FILES):
@@ -173,7 +175,10 @@ def _pythonfmu_licence() -> str:
 
 def _documentation(kernel: Kernel, name: str) -> str:
     text = html.escape((kernel.module.__doc__ or "").strip())
-    return f'<!DOCTYPE html>\n<meta charset="utf-8">\n<title>{name}</title>\n<h1>{name}</h1>\n<pre>{text}</pre>\n'
+    return (
+        f'<!DOCTYPE html>\n<meta charset="utf-8">\n<title>{name}</title>\n<h1>{name}</h1>\n<pre>{text}</pre>\n'
+        '<p><a href="fmi-ls-ref.html">Reference results</a></p>\n'
+    )
 
 
 def _named(content: Mapping[str, bytes]) -> dict[str, bytes]:

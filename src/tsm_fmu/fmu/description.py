@@ -122,7 +122,7 @@ def _add_variable(parent: Element, entry: Entry, reference: int) -> None:
         attributes["initial"] = "exact" if entry.causality == "parameter" else "calculated"
     node = SubElement(parent, "ScalarVariable", attributes)
     bounds = {"min": quantity.lo, "max": quantity.hi, "start": entry.start}
-    numbers = {k: _text(variable.kind, x) for k, x in bounds.items() if x is not None and math.isfinite(x)}
+    numbers = {k: number_text(variable.kind, x) for k, x in bounds.items() if x is not None and math.isfinite(x)}
     if variable.kind is int:
         SubElement(node, "Integer", numbers)
         return
@@ -132,7 +132,8 @@ def _add_variable(parent: Element, entry: Entry, reference: int) -> None:
     SubElement(node, "Real", {**units, **numbers})
 
 
-def _text(kind: type, number: Any) -> str:
+def number_text(kind: type, number: Any) -> str:
+    """A number as FMI files have it: all digits of a float."""
     return str(int(number)) if kind is int else repr(float(number))
 
 

@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 from fmpy.validation import validate_fmu as fmpy_validation
 
 from .content import recomputed_guid, tag_of
+from .reference_check import reference_problems
 
 DESCRIPTION = "modelDescription.xml"
 
@@ -21,7 +22,7 @@ def validate_fmu(path: str | Path) -> list[str]:
     """Problems of an FMU file, one line each; an empty list when there are none.
 
     Any FMU is checked against the schema, the naming rules, units and model structure; of our own FMUs
-    also that the content is the one that its GUID was computed from.
+    also that the content is the one that its GUID was computed from and that the reference results are complete.
 
     Parameters
     ----------
@@ -44,11 +45,13 @@ def validate_fmu(path: str | Path) -> list[str]:
         root = ElementTree.fromstring(files[DESCRIPTION])
     except ElementTree.ParseError as failure:
         return [f"{DESCRIPTION} of {path} is not XML ({_line(failure)}) -- expected XML -- build the FMU again"]
+    ours = root.get("generationTool", "").startswith("tsm-fmu ")
     return [
         *_fmpy_problems(path),
         *_toolbox_problems(path),
         *_binary_problems(root, files),
-        *_own_problems(root, files),
+        *(_identity_problems(root, files) if ours else []),
+        *(reference_problems(root, files) if ours else []),
     ]
 
 
@@ -114,9 +117,7 @@ def _binary_problems(root: ElementTree.Element, files: dict[str, bytes]) -> list
     return []
 
 
-def _own_problems(root: ElementTree.Element, files: dict[str, bytes]) -> list[str]:
-    if not root.get("generationTool", "").startswith("tsm-fmu "):
-        return []
+def _identity_problems(root: ElementTree.Element, files: dict[str, bytes]) -> list[str]:
     guid = root.get("guid", "")
     try:
         tag = tag_of(UUID(guid))
