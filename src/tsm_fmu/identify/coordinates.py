@@ -88,6 +88,10 @@ class Coordinates:
             inside, outside = (inside, middle) if refused else (middle, outside)
         return self._raw(anchor + inside * (q - anchor))
 
+    def accepts(self, q: FloatArray) -> bool:
+        """Whether the model takes the values at ``q`` as they are."""
+        return not self._refused(self._raw(q))
+
     def _raw(self, q: FloatArray) -> FloatArray:
         table = self.anchor.copy()
         for axis, coordinate in zip(self.axes, q, strict=True):

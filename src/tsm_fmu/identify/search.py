@@ -15,8 +15,9 @@ from .projection import Projected, Projection
 from .seeds import starts
 from .structure import linear_parameters, sensitivity_scales, thinned
 
-DRAWS = 32
-REFINED = 3
+DRAWS_PER_AXIS = 16
+REFINED_PER_AXIS = 2
+"""Starts tried, and refined, for each searched parameter: more parameters, more local minima."""
 SCOUT_RUNS = 3
 SCOUT_ROWS = 3000
 """Starts are compared on so many runs and rows; the best is refined on everything."""
@@ -134,13 +135,14 @@ class _Solver:
     def multistart(self, seed: int) -> FloatArray:
         """Best of several refined starts."""
         ranked = []
-        for number, q in enumerate(starts(self.problem, self.coordinates, DRAWS, seed)):
-            point = self.projected(q)
+        axes = len(self.coordinates.axes)
+        for number, q in enumerate(starts(self.problem, self.coordinates, DRAWS_PER_AXIS * axes, seed)):
+            point = self.projected(q) if number == 0 or self.coordinates.accepts(q) else None
             if point is not None:
                 ranked.append((point.cost, number, q))
         ranked.sort(key=lambda entry: entry[:2])
         best: tuple[float, FloatArray] | None = None
-        for _, _, q in ranked[:REFINED] if self.coordinates.axes else ranked[:1]:
+        for _, _, q in ranked[: max(1, REFINED_PER_AXIS * axes)]:
             table = self.refined(q)
             point = self.projected(self.coordinates.of(table))
             if point is not None and (best is None or point.cost < best[0]):

@@ -55,7 +55,7 @@ def starts(problem: Problem, coordinates: Coordinates, count: int, seed: int) ->
     problem : Problem
     coordinates : Coordinates
     count : int
-        How many draws.
+        How many draws at least; the next power of two is taken.
     seed : int
 
     Returns
@@ -72,7 +72,7 @@ def starts(problem: Problem, coordinates: Coordinates, count: int, seed: int) ->
     if dimensions == 0:
         return [given]
     lo, hi = coordinates.lo + 1e-6, coordinates.hi - 1e-6
-    draws = 2.0 * qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random(count) - 1.0
+    draws = 2.0 * qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random_base2(math.ceil(math.log2(count))) - 1.0
     points = [given, np.clip(physical, lo, hi)]
     for n, draw in enumerate(draws):
         around = points[n % 2]
