@@ -33,7 +33,7 @@ class Method(StrEnum):
 
 @app.command("identify")
 def identify(
-    model: Annotated[str, typer.Argument(metavar="MODEL[:PRESET]|CARD", help="What to fit, and from where.")],
+    model: Annotated[str, typer.Argument(metavar="MODEL[:PRESET][+EFFECT...]|CARD", help="What to fit, from where.")],
     measured: Measured,
     out: Annotated[Path, typer.Option(metavar="CARD", help="Model card to write (TOML).")],
     holdout: Holdout = [],  # noqa: B006  typer copies it
@@ -81,8 +81,8 @@ def identify(
             seed=seed,
             progress=report,
         )
-    effects = chosen.card.effects if chosen.card else ()
-    write_card(out, model_card(result, chosen.preset, records[: len(measured)], records[len(measured) :], effects))
+    used = (records[: len(measured)], records[len(measured) :])
+    write_card(out, model_card(result, chosen.preset, *used, chosen.effects))
     notes = kernel_inputs(records[0], kernel, cutoff).notes
     if as_json:
         print_json({**json_of(result), "card": str(out), "notes": list(notes)})

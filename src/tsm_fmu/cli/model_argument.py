@@ -1,4 +1,4 @@
-"""``MODEL[:PRESET]`` or a model card: what several verbs start from."""
+"""``MODEL[:PRESET][+EFFECT...]`` or a model card: what several verbs start from."""
 
 from __future__ import annotations
 
@@ -6,38 +6,41 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..card import ModelCard, read_card
+from ..chain import chain
 from ..kernel import Kernel, kernel
 from ..models.contract import InputError
 
 
 @dataclass(frozen=True)
 class ModelArgument:
-    """A model, the preset it starts from, and the card it was read from, if any."""
+    """A model with its effects, the preset it starts from, and the card it was read from, if any."""
 
     kernel: Kernel
     preset: str
     card: ModelCard | None
+    effects: tuple[str, ...] = ()
 
 
 def model_argument(text: str) -> ModelArgument:
-    """Read ``MODEL[:PRESET]`` or the path of a card (a name that ends in .toml).
+    """Read ``MODEL[:PRESET][+EFFECT[@CHANNEL]...]`` or the path of a card (a name that ends in .toml).
 
     Raises
     ------
     InputError
-        Unknown model or preset, or a card that cannot be read.
+        Unknown model, preset or effect, or a card that cannot be read.
     """
     if text.endswith(".toml") or Path(text).is_file():
         card = read_card(text)
-        return ModelArgument(card.kernel(), card.preset, card)
-    name, colon, preset = text.partition(":")
-    model = kernel(name)
+        return ModelArgument(card.kernel(), card.preset, card, card.effects)
+    base, *effects = text.split("+")
+    name, colon, preset = base.partition(":")
+    model = chain(name, tuple(effects)) if effects else kernel(name)
     if colon and preset not in model.presets:
         raise InputError(
             f"preset {preset!r} of {name} -- expected one of {', '.join(model.presets) or '(none)'} "
             "-- see 'tsm-fmu list'"
         )
-    return ModelArgument(model, preset or next(iter(model.presets), ""), None)
+    return ModelArgument(model, preset or next(iter(model.presets), ""), None, tuple(effects))
 
 
 def number_settings(pairs: dict[str, str], option: str = "--set") -> dict[str, float]:

@@ -13,17 +13,17 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from ..card import read_card
-from ..kernel import Kernel, kernel
+from ..kernel import Kernel
 from ..models.contract import InputError
 from ..record import Record, kernel_inputs
 from .app import app, print_json, settings
+from .model_argument import model_argument
 from .runs import Cutoff, Input, Map, ReadOptions, Scale, Start, Stop, read_runs
 
 
 @app.command("simulate")
 def simulate(
-    what: Annotated[str, typer.Argument(metavar="FMU|CARD|MODEL[:PRESET]", help="What to simulate.")],
+    what: Annotated[str, typer.Argument(metavar="FMU|CARD|MODEL[:PRESET][+EFFECT...]", help="What to simulate.")],
     measured: Input,
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="Results: .csv, .csv.gz or .parquet.")],
     values: Annotated[list[str], typer.Option("--set", metavar="P=V", help="Parameter value, SI; repeatable.")] = [],  # noqa: B006
@@ -76,20 +76,18 @@ def simulate(
 
 
 def _model(what: str, record: Record, values: Mapping[str, str]) -> tuple[Kernel, object]:
-    """Kernel and parameters of a model card or of ``MODEL[:PRESET]``."""
-    if what.endswith(".toml"):
-        card = read_card(what)
-        shared = card.params(record.name if record.name in card.per_run else None)
-        model = card.kernel()
-        fitted = {v.name: x for v, x in zip(model.parameters, shared, strict=True)}
-        return model, model.params(values={**fitted, **_numbers(values)})
-    name, _, preset = what.partition(":")
-    if any(mark in what for mark in "/\\."):
+    """Kernel and parameters of a model card, with the record's own values if it holds them, or of a model."""
+    if any(mark in what for mark in "/\\.") and not what.endswith(".toml"):
         raise InputError(
-            f"{what!r} -- expected a file that ends in .fmu or .toml, or MODEL[:PRESET] -- correct the name"
+            f"{what!r} -- expected a file that ends in .fmu or .toml, or MODEL[:PRESET][+EFFECT...] -- correct the name"
         )
-    model = kernel(name)
-    return model, model.params(preset or None, _numbers(values))
+    chosen = model_argument(what)
+    model, settled = chosen.kernel, _numbers(values)
+    if chosen.card is None:
+        return model, model.params(chosen.preset or None, settled)
+    shared = chosen.card.params(record.name if record.name in chosen.card.per_run else None)
+    fitted = {v.name: x for v, x in zip(model.parameters, shared, strict=True)}
+    return model, model.params(values={**fitted, **settled})
 
 
 def _numbers(values: Mapping[str, str]) -> dict[str, float]:
