@@ -10,7 +10,6 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ..models.contract import InputError
 from .app import app, print_json
 
 
@@ -29,9 +28,9 @@ def reproduce(
     from ..reproduce import reproduce as compute
     from ..reproduce import write_reproduction
     from ..reproduce.write import as_json as described
+    from ..reproduce.write import make_folder
 
-    if out.exists() and not out.is_dir():
-        raise InputError(f"--out {out} is a file -- expected a folder -- choose another")
+    make_folder(out)
     console = Console(stderr=True)
 
     def progress(what: str) -> None:

@@ -73,6 +73,19 @@ def cycle(case: str, *, changes_sides: bool, rows: int = 150, **values: float) -
     return s, drive(parameters(case, **values), s, load)["s_out"]
 
 
+def there_back_there(case: str, rows: int = 200) -> tuple[FloatArray, FloatArray]:
+    """Driver and follower travel [m] over a whole cycle and the next stroke, with the slack of the case.
+
+    The weight is set down at each turn while the driver takes up the slack, then hangs on the other tendon.
+    """
+    p = parameters(case, winding_strain=1)
+    leg = np.linspace(0.0, STROKE, rows)
+    s = np.concatenate([leg, STROKE - leg[1:], leg[1:]])
+    hangs = np.where(leg[1:] >= p.slack, 1.0, 0.0)
+    load = np.concatenate([np.ones(rows), -hangs, hangs]) * WEIGHT[case]
+    return s, drive(p, s, load)["s_out"]
+
+
 def lost_motion(case: str, *, changes_sides: bool, **values: float) -> float:
     """Driver travel [mm] at the turn before the follower moves."""
     s, out = cycle(case, changes_sides=changes_sides, rows=4, **values)
@@ -109,19 +122,18 @@ def fitted_stiffness(winding_strain: int) -> tuple[float, float]:
     return float(best.x), float(best.fun)
 
 
-def residual_of_compensation(case: str) -> tuple[FloatArray, FloatArray]:
-    """Errors [mm] forward and back with the equations of the paper as compensator (no winding strain).
+def compensated_error(case: str, rows: int = 40, **values: float) -> tuple[FloatArray, FloatArray]:
+    """Wanted travel [m] there and back and the error [mm] with compensation.
 
-    The transmission has winding strain; its weight changes sides at the turn, as the compensator is told.
+    ``values`` change the compensator's parameters; without any it has those of the transmission. The weight changes
+    sides at the turn, as the compensator is told.
     """
     p = kernel(MODEL).params(case)
     k = kernel("LebusCompensator")
     radius = p.D / 2.0
-    wanted = np.concatenate([np.linspace(0.0, STROKE, 40), np.linspace(STROKE, 0.2, 40)[1:]])
-    force = np.where(np.arange(wanted.size) < 40, 1.0, -1.0) * WEIGHT[case]
+    wanted = np.concatenate([np.linspace(0.0, STROKE, rows), np.linspace(STROKE, 0.2, rows)[1:]])
+    force = np.where(np.arange(wanted.size) < rows, 1.0, -1.0) * WEIGHT[case]
     time = 0.02 * np.arange(wanted.size)
-    commanded = k.simulate(
-        k.params(case, {"winding_strain": 0}), time, np.column_stack([wanted / radius, force]), compiled=False
-    )[:, 0]
-    error = 1e3 * (wanted - drive(p, commanded * radius, force)["s_out"])
-    return error[1:40], error[41:]
+    inputs = np.column_stack([wanted / radius, force])
+    commanded = k.simulate(k.params(case, values), time, inputs, compiled=False)[:, 0]
+    return wanted, 1e3 * (wanted - drive(p, commanded * radius, force)["s_out"])

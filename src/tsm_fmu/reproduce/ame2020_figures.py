@@ -12,22 +12,27 @@ from ..kernel import kernel
 from ..report import Line, Table
 from .ame2020_drive import (
     NAMES,
+    STROKE,
     WEIGHT,
-    cycle,
+    compensated_error,
     forward_error,
     lost_motion,
     parameters,
     profile_integral,
     stiffness_band,
     tension_at_driver,
+    there_back_there,
 )
 from .ame2020_winding import rows_of_eq4, winding_position
+from .claims import Span
 from .draw import panels, plot
+from .motions import FloatArray
 from .numbers import (
     CASES,
     DEVIATION_MM,
     DIFFERENCE_MM,
     FORWARD_MM,
+    MAXIMUM_FORWARD_MM,
     PRELOAD_N,
     PRESSURE_N,
     REPORTED,
@@ -53,29 +58,37 @@ def audit_table() -> Table:
             ends = [lost_motion(case, changes_sides=sides, slack=0.0, EA=EA) for EA in (low, high)]
             row += [f"{ends[0]:.2f} / {ends[1]:.2f}"]
         rows.append(row)
-    heading = ["case", "T_a0 [N]", "I [mm]", "forward reported [mm]", "path strain", "+ winding strain"]
-    heading += ["EA needed [N]", "reverse reported [mm]", "elastic, weight changes sides", "elastic, weight hangs"]
-    return Table(heading, rows, f"Computed pairs are for EA = {low:.0f} and {high:.0f} N, the fibre's range.")
+    heading = ["case", "T_a0 [N]", "I [mm]", "forward", "path", "+ winding", "EA needed [N]", "reverse"]
+    heading += ["changes sides", "hangs"]
+    caption = (
+        "forward and reverse: reported [mm]. path, + winding: forward error [mm] by the strain of the path, and with "
+        "that which the wheels wind. EA needed: for the path alone. changes sides, hangs: elastic reverse error [mm], "
+        f"if the weight changes tendons or stays on one. Pairs are for EA = {low:.0f} and {high:.0f} N, the fibre's range."
+    )
+    return Table(heading, rows, caption)
 
 
 def transmission_figures() -> dict[str, go.Figure]:
-    """Figs 15, 16 and 17 as the paper draws them, with the slack of each case as input."""
-    forward, layered, back, whole = [], [], [], []
-    for case in CASES:
-        name = NAMES[case]
-        s = np.linspace(0.0, 785.0, 120)
-        forward.append(Line(name, s, forward_error(case, rows=120, winding_strain=1)))
-        layered.append(Line(name, s, forward_error(case, rows=120, winding_strain=1, layers=1)))
-        s_in, s_out = cycle(case, changes_sides=True, winding_strain=1)
-        whole.append(Line(name, 1e3 * s_in, 1e3 * s_out))
-        turned = np.argmax(s_in)
-        travelled = 1e3 * (s_in[turned] - s_in[turned:])
-        back.append(Line(name, travelled, travelled - 1e3 * (s_out[turned] - s_out[turned:])))
-    ends = [
-        Line("reported (Fig. 16)", [785.0] * 2, [min(FORWARD_MM.values()), max(FORWARD_MM.values())], dashed=True),
-    ]
+    """Figs 13 to 20 as the paper draws them, with the slack of each case as input."""
+    s = np.linspace(0.0, 785.0, 120)
+    forward = [Line(NAMES[c], s, forward_error(c, rows=120, winding_strain=1)) for c in CASES]
+    layered = [Line(NAMES[c], s, forward_error(c, rows=120, winding_strain=1, layers=1)) for c in CASES]
+    cycles = {c: tuple(1e3 * x for x in there_back_there(c)) for c in CASES}
+    turn = cycles[CASES[0]][0].size // 3
+    back, there, again, whole = [], [], [], []
+    for case, (s_in, s_out) in cycles.items():
+        leg = slice(turn, 2 * turn + 1)
+        travelled = s_in[turn] - s_in[leg]
+        back.append(Line(NAMES[case], travelled, travelled - (s_out[turn] - s_out[leg])))
+        whole.append(Line(NAMES[case], s_in, s_out))
+        if case in MAXIMUM_FORWARD_MM:
+            there.append(Line(NAMES[case], s_in[:turn], s_out[:turn]))
+            again.append(Line(NAMES[case], s_in[leg], s_out[leg]))
+    ends = [Line("reported (Fig. 16)", [785.0] * 2, Span.of(*FORWARD_MM.values()).ends, dashed=True)]
     return {
-        "Fig. 15": panels([plot(whole, "One cycle, slack as input", "s_in [mm]", "s_out [mm]")], columns=1),
+        "Fig. 13": panels([plot(there, "Forward", "s_in [mm]", "s_out [mm]")], columns=1),
+        "Fig. 14": panels([plot(again, "Reverse, slack as input", "s_in [mm]", "s_out [mm]")], columns=1),
+        "Fig. 15": panels([plot(whole, "There, back and there again", "s_in [mm]", "s_out [mm]")], columns=1),
         "Fig. 16": panels(
             [
                 plot([*forward, *ends], "One radius, as in the paper", "s_in [mm]", "error [mm]"),
@@ -84,7 +97,30 @@ def transmission_figures() -> dict[str, go.Figure]:
         ),
         "Fig. 17": panels([plot(back, "After the turn, slack as input", "travel back [mm]", "error [mm]")], columns=1),
         "Fig. 18": panels([_same_bend_figure()], columns=1),
+        "Fig. 19": _compensation_figure("m05_180", cycles["m05_180"]),
+        "Fig. 20": _compensation_figure("m10_540", cycles["m10_540"]),
     }
+
+
+def _compensation_figure(case: str, without: tuple[FloatArray, ...]) -> go.Figure:
+    s_in, s_out = (x[: 2 * (x.size // 3) + 1] for x in without)
+    time = np.linspace(0.0, 2.0, s_in.size)
+    lines = {"compensator without winding strain": {"winding_strain": 0.0}, "compensator with all parameters": {}}
+    errors = []
+    for name, values in lines.items():
+        wanted, error = compensated_error(case, rows=80, **values)
+        errors.append(Line(name, np.linspace(0.0, 2.0 - 0.2 / STROKE, wanted.size), error))
+    return panels(
+        [
+            plot(
+                [Line("without compensation", time, s_in - s_out)],
+                "Before",
+                "stroke there (0-1) and back",
+                "error [mm]",
+            ),
+            plot(errors, "After", "stroke there (0-1) and back", "error [mm]"),
+        ]
+    )
 
 
 def _same_bend_figure() -> go.Figure:
@@ -107,12 +143,12 @@ def winding_figure() -> go.Figure:
 def preload_figure() -> go.Figure:
     grid = np.linspace(PRELOAD_N[0], PRELOAD_N[-1], 400)
     mean, sd = np.array(DIFFERENCE_MM), np.array(DEVIATION_MM)
+    gap = np.full(mean.size, np.nan)
+    at = np.column_stack([PRELOAD_N, PRELOAD_N, gap]).ravel()
+    bars = np.column_stack([mean - sd, mean + sd, gap]).ravel()
     lines = [
         Line("Akima spline", grid, Akima1DInterpolator(PRELOAD_N, DIFFERENCE_MM)(grid)),
-        *(
-            Line(f"{load:g} N", [load] * 2, [m - s, m + s], dashed=True)
-            for load, m, s in zip(PRELOAD_N, mean, sd, strict=True)
-        ),
+        Line("mean and standard deviation", at, bars, dashed=True),
     ]
     return panels([plot(lines, "Mean and deviation", "preload [N]", "displacement difference [mm]")], columns=1)
 

@@ -43,9 +43,9 @@ def panels(figures: Sequence[go.Figure], columns: int = 2) -> go.Figure:
         together.update_yaxes(title={"text": layout.yaxis.title.text, "standoff": 4}, row=row, col=column)
     together.update_annotations(font_size=13)
     together.update_layout(
-        height=330 * rows + 60,
+        height=330 * rows + 85,
         template="plotly_white",
-        margin={"l": 55, "r": 15, "t": 40, "b": 60},
+        margin={"l": 55, "r": 15, "t": 65, "b": 60},
         legend={"orientation": "h", "yanchor": "top", "y": -60 / (330 * rows), "x": 0},
     )
     return together

@@ -10,7 +10,6 @@ import plotly.graph_objects as go
 from scipy.integrate import solve_ivp
 
 from ..kernel import kernel
-from ..models.capstan import sheath_of
 from ..models.contract import InputError
 from ..report import Line
 from .claims import Claim, Condition, Span, Verdict, open_claim, statement_claim
@@ -18,6 +17,7 @@ from .draw import panels, plot
 from .motions import FloatArray, Motion, friction, sines
 from .numbers import MMT_FIG_4, REPORTED
 from .result import PaperResult
+from .shapes import configuration_claim, configuration_figure
 
 MODEL = "SingleTsmBoucWen"
 READINGS = {"A (sigma, n)": "published", "B (k, sigma)": "reading_b", "C (k, n)": "reading_c"}
@@ -35,46 +35,17 @@ def result() -> PaperResult:
         _unit(),
         *_bounded(loops),
         *_dissipation(motion, loops),
-        _shape(),
+        configuration_claim("iftomm2013.configuration", "Fig. 3"),
     )
-    return PaperResult(claims, {"Fig. 4": _figure(motion, loops)}, texts={"Fig. 4": ASSUMED})
+    return PaperResult(
+        claims, {"Fig. 3": configuration_figure(), "Fig. 4": _figure(motion, loops)}, texts={"Fig. 4": ASSUMED}
+    )
 
 
 ASSUMED = (
     "The last two of the 14 published numbers have lost their symbols in print. The three readings of them are drawn "
     "for x = 3 sin(2 pi 0.2 t) + 2 sin(2 pi 0.35 t) mm; the paper prints neither amplitudes nor frequencies."
 )
-
-
-def shape_claim(key: str, item: str) -> Claim:
-    """Two routes of the same total bend transmit alike, by the capstan law behind all five papers."""
-    mu, total = 0.16, 3.0 * math.pi
-
-    def lam(*bends: float) -> float:
-        lengths = [1.2 / len(bends)] * len(bends) + [0.0] * (8 - len(bends))
-        radii = [length / bend for length, bend in zip(lengths, bends, strict=False)] + [0.0] * (8 - len(bends))
-        return sheath_of(mu, len(bends), tuple(lengths), tuple(radii)).lam  # pyright: ignore[reportArgumentType]
-
-    one = lam(total)
-    routes = [lam(*bends) for bends in ((0.7, 1.9, total - 2.6), (2.9, 0.1, 0.3, total - 3.3))]
-    changed = lam(total - math.pi / 2.0)
-    difference = max(abs(math.exp(route - one) - 1.0) for route in routes)
-    return statement_claim(
-        key,
-        item,
-        "relative change of T_in/T_out, other route of the same 540 deg",
-        "1",
-        "no change while the accumulated angle is kept",
-        {"capstan law": Condition(difference, "<=", 1e-12)},
-        {
-            Verdict.REPRODUCED: "the capstan law knows the total angle only; 90 deg less would change the ratio by "
-            f"{100.0 * (1.0 - math.exp(changed - one)):.0f} % (mu = 0.16)"
-        },
-    )
-
-
-def _shape() -> Claim:
-    return shape_claim("iftomm2013.configuration", "Fig. 3")
 
 
 def _loops(loops: dict[str, FloatArray]) -> list[Claim]:

@@ -10,7 +10,6 @@ from ..kernel import kernel
 from ..models.single_tsm_lugre import escape_time, sliding_level
 from ..report import Table
 from .claims import Claim, Condition, Reported, Span, Verdict, number_claim, open_claim, statement_claim
-from .iftomm2013 import shape_claim
 from .mmt2015_figures import CYCLE, fig4_acceleration, fig4_level, force_figure, lugre_figure, sliding_figure
 from .mmt2015_readings import (
     EQUATIONS,
@@ -26,6 +25,7 @@ from .mmt2015_readings import (
 from .motions import SECOND, FloatArray, friction, sines
 from .numbers import MMT_FIG_4, MMT_MSE_PERIODIC, REPORTED
 from .result import PaperResult
+from .shapes import configuration_claim, configuration_figure
 
 PERIODIC = ((1.0, 0.2),)
 NON_PERIODIC = ((0.5, 0.2), (0.6, SECOND))
@@ -45,7 +45,7 @@ def result() -> PaperResult:
         _refit(fits),
         *_sliding(),
         *(claim for item in motions for claim in _ranges(item, forces[item])),
-        shape_claim("mmt2015.configuration", "Fig. 8"),
+        configuration_claim("mmt2015.configuration", "Fig. 8"),
         *_as_printed(),
     )
     return PaperResult(
@@ -53,6 +53,7 @@ def result() -> PaperResult:
         {
             "Fig. 3": lugre_figure(motion, lugre, forces["Fig. 6"], scored),
             "Fig. 4": sliding_figure(),
+            "Fig. 8": configuration_figure(),
             **{item: force_figure(m, forces[item]) for item, m in motions.items()},
         },
         {"Fig. 3": _table(table)},
@@ -80,6 +81,10 @@ def _lugre_claims(table: list[Reading]) -> list[Claim]:
         Verdict.CONSISTENT: "this reading can have produced the paper's LuGre comparison",
         Verdict.CONTRADICTS: "this reading cannot have produced the paper's LuGre comparison",
     }
+
+    def at_limit(mse: float) -> bool:
+        return min(abs(mse - low), abs(mse - high)) <= allowed.accuracy
+
     return [
         number_claim(
             f"mmt2015.reading_{r.branches}_{'eq9' if r.equation == 'Eq. (9)' else 'eq10'}",
@@ -87,7 +92,7 @@ def _lugre_claims(table: list[Reading]) -> list[Claim]:
             f"MSE against LuGre, |S|, {r.equation}, pull branches {r.branches}",
             allowed,
             r.mse,
-            why,
+            {verdict: text + ", on the very limit" * at_limit(r.mse) for verdict, text in why.items()},
         )
         for r in table
         if r.level == "|S|" and r.lambda_ == published

@@ -10,9 +10,9 @@ from typing import NamedTuple
 PAPERS = {
     "iftomm2013": "IFToMM 2013: dynamic friction model for tendon-sheath actuated surgical robots (Do et al.)",
     "icinco2013": "ICINCO 2013: dynamic friction model in tendon sheath, parameter identification (Do et al.)",
-    "mmt2015": "Mech. Mach. Theory 85 (2015): a new approach of friction model (Do et al.)",
-    "mssp2015": "Mech. Syst. Signal Process. 60-61 (2015): friction and compensation of a pair of tendons (Do et al.)",
-    "ame2020": "Adv. Mech. Eng. 12 (2020): long-distance double tendon-sheath with LeBus grooves (Jia et al.)",
+    "mmt2015": "MMT 2015: Mech. Mach. Theory 85, a new approach of friction model (Do et al.)",
+    "mssp2015": "MSSP 2015: Mech. Syst. Signal Process. 60-61, friction and compensation of a pair (Do et al.)",
+    "ame2020": "AME 2020: Adv. Mech. Eng. 12, long-distance double tendon-sheath with LeBus grooves (Jia et al.)",
 }
 
 

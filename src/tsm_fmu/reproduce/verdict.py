@@ -38,11 +38,17 @@ class Span:
     @classmethod
     def of(cls, *values: float) -> Span:
         """The smallest span that holds the values."""
+        if not all(map(math.isfinite, values)):
+            raise ValueError(f"span of {values} -- expected finite numbers")
         return cls(float(min(values)), float(max(values)))
 
     @property
     def width(self) -> float:
         return self.hi - self.lo
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return self.lo, self.hi
 
     def distance(self, other: Span) -> float:
         """Gap to another span, 0 where they meet."""

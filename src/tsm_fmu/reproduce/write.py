@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -67,12 +69,10 @@ def write_reproduction(out: Path, done: Reproduction) -> dict[str, Path]:
         table.writerow(row(claim).values())
     paths = {"csv": out / "claims.csv", "json": out / "claims.json"}
     contents = {"csv": text.getvalue(), "json": json.dumps(as_json(done), indent=2) + "\n"}
-    try:
+    with _naming(out):
         out.mkdir(parents=True, exist_ok=True)
         for kind, path in paths.items():
             path.write_text(contents[kind], encoding="utf-8")
-    except OSError as failure:
-        raise InputError(f"--out {out} -- could not be written ({failure.strerror}) -- choose another folder") from None
     report = write_report(
         out / "report.html",
         "The five papers, figure by figure",
@@ -86,6 +86,28 @@ def write_reproduction(out: Path, done: Reproduction) -> dict[str, Path]:
         },
     )
     return {"report": report, **paths}
+
+
+def make_folder(out: Path) -> None:
+    """Make the folder before the work begins.
+
+    Raises
+    ------
+    InputError
+        If it is a file or cannot be made.
+    """
+    if out.exists() and not out.is_dir():
+        raise InputError(f"--out {out} is a file -- expected a folder -- choose another")
+    with _naming(out):
+        out.mkdir(parents=True, exist_ok=True)
+
+
+@contextmanager
+def _naming(out: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as failure:
+        raise InputError(f"--out {out} -- could not be written ({failure.strerror}) -- choose another folder") from None
 
 
 def _summary(done: Reproduction) -> str:
