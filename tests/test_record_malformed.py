@@ -2,13 +2,14 @@
 
 import gzip
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
 from tsm_fmu.cli.app import run
 from tsm_fmu.models.contract import InputError
-from tsm_fmu.record import read_record
+from tsm_fmu.record import Record, read_record, write_record
 
 HEAD = "time [s],x_in [rad],tau_in [N.m]\n"
 
@@ -109,3 +110,25 @@ def test_command_line_says_it_in_one_line_and_exits_with_2(tmp_path, capsys):
     assert said.out == ""
     assert said.err.count("\n") == 1
     assert "'oops' in row 3" in said.err
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".csv.gz", ".parquet"])
+def test_damaged_bytes_are_read_or_refused_never_a_crash(tmp_path, suffix):
+    noise = np.random.default_rng(20)
+    time = np.arange(40) / 7.0
+    path = write_record(tmp_path / f"run{suffix}", time, {"x": np.sin(time)}, {"x": "rad"})
+    whole = path.read_bytes()
+    refused = []
+    for _ in range(300):
+        damaged = bytearray(whole)
+        for at in noise.integers(0, len(whole), noise.integers(1, 4)):
+            damaged[at] = noise.integers(0, 256)
+        path.write_bytes(bytes(damaged[: noise.integers(len(whole) // 2, len(whole) + 1)]))
+        try:
+            run = read_record(path)
+        except InputError as wrong:
+            refused.append(str(wrong))
+        else:
+            assert isinstance(run, Record)
+    assert len(refused) > 100
+    assert not [message for message in refused if "\n" in message or " -- expected " not in message]

@@ -29,6 +29,7 @@ _SMALLEST_SHARE = 0.02
 _STEPS = 4.0
 _INCREMENTS = 11
 _GLITCH = 3
+_FOOT = 0.15
 _FEWEST_BLOCKS = 8
 
 
@@ -53,7 +54,7 @@ def events(x: FloatArray, window: int, turning: NDArray[np.bool_] | None = None)
     turning : ndarray of bool, shape (n,), optional
         Where the drive turns or breaks away, for a force.
     """
-    window = max(window | 1, _INCREMENTS)
+    window = max(min(window, x.size // _FEWEST_BLOCKS) | 1, _INCREMENTS)
     usual_range = float(np.subtract(*np.quantile(x, (0.99, 0.01))))
     floor = max(_SMALLEST_SHARE * usual_range, _STEPS * quantisation_step(x))
     if usual_range == 0.0 or x.size < _FEWEST_BLOCKS * window:
@@ -61,13 +62,16 @@ def events(x: FloatArray, window: int, turning: NDArray[np.bool_] | None = None)
     excursion = np.abs(x - median_filter(x, window, mode="nearest"))
     steps = np.diff(x, prepend=x[0])
     jump = np.abs(steps - median_filter(steps, _INCREMENTS, mode="nearest"))
-    outside = np.zeros(x.size, dtype=bool)
+    outside = []
     for residual in (excursion, jump):
         limit = np.full(x.size, max(floor, _TIMES_USUAL * _usual(residual, window)))
         if turning is not None:
             limit[turning] = np.maximum(limit[turning], usual_range)
-        outside |= residual > limit
-    return [_described(x, a, b, window) for a, b in _spans(outside, window)]
+        outside.append(residual > limit)
+    return [
+        _described(x, a, b, np.where(outside[0], excursion, 0.0), outside[1], window)
+        for a, b in _spans(outside[0] | outside[1], window)
+    ]
 
 
 def check_events(record: Record, window: int, positions: Sequence[str], turning: NDArray[np.bool_]) -> list[Finding]:
@@ -112,7 +116,7 @@ def _finding(record: Record, group: list[tuple[str, Event]], window: int, positi
     sudden = "lost counts or a slipped coupling" if set(sizes) <= set(positions) else "something that slips or lets go"
     what = {
         "start_up": f"start-up transient until {t1:.3f} s: {moved}; leave it out with --from",
-        "glitch": f"{moved} {where}, for {last - first + 1} samples: a glitch of the measurement",
+        "glitch": f"{moved} {where}, for {last - first + 1} samples only: a glitch of the measurement, or a knock",
         "jump": f"{moved} {where} and stays there: a jump, as of {sudden}",
         "disturbance": f"{moved} {where} away from the motion around it, once in the run: a disturbance",
     }[kind]
@@ -135,16 +139,24 @@ def _spans(outside: NDArray[np.bool_], window: int) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in zip(at[np.r_[0, breaks + 1]], at[np.r_[breaks, at.size - 1]], strict=True)]
 
 
-def _described(x: FloatArray, first: int, last: int, window: int) -> Event:
-    reach = max(_INCREMENTS, min(window // 2, 4 * (last - first + 1)))
+def _described(
+    x: FloatArray, first: int, last: int, excursion: FloatArray, jump: NDArray[np.bool_], window: int
+) -> Event:
+    """What an event is: its level afterwards tells a jump, its length a glitch."""
+    reach = max(_INCREMENTS, window // 2)
     before, after = x[max(0, first - reach) : first], x[last + 1 : last + 1 + reach]
-    if not before.size or not after.size:
-        return Event("disturbance", first, last, float(np.ptp(x[first : last + 1])) if last > first else 0.0)
-    level, later = float(np.median(before)), float(np.median(after))
-    peak = float(np.max(np.abs(x[first : last + 1] - level)))
-    stays = abs(later - level) > 0.5 * peak
-    # a step in one increment is outside for one sample in the increments and half a window in the median
-    sharpest = float(np.max(np.abs(np.diff(x[max(0, first - 1) : last + 2]))))
-    if stays and sharpest > 0.5 * peak:
-        return Event("jump", first, last, abs(later - level))
-    return Event("glitch" if last - first < _GLITCH and not stays else "disturbance", first, last, peak)
+    part = excursion[first : last + 1]
+    # a wide event pulls the running median along: what is below a part of its height is not the event
+    away = first + np.flatnonzero(part > (_FOOT if first > window else 0.0) * part.max())
+    jumps = first + np.flatnonzero(jump[first : last + 1])
+    steps = np.diff(x, prepend=x[0])
+    if jumps.size and before.size and after.size:
+        around = np.median(steps[max(0, first - reach) : last + 1 + reach])
+        kept = abs(float(np.sum(steps[jumps] - around)))
+        if kept > 0.5 * float(np.max(np.abs(steps[jumps]))):
+            return Event("jump", int(jumps[0]), int(jumps[-1]), kept)
+    if away.size:
+        first, last = int(away[0]), int(away[-1])
+    level = float(np.median(before)) if before.size else float(x[last])
+    size = float(np.max(np.abs(x[first : last + 1] - level)))
+    return Event("glitch" if last - first < _GLITCH else "disturbance", first, last, size)

@@ -15,9 +15,10 @@ from ..record import Record
 from ..units import same_quantity
 from .finding import Finding, finding, shown
 
-__all__ = ["Motion", "drive_channel", "motion_of", "position_channels", "shortest_period", "turning_points"]
+__all__ = ["Motion", "drive_channel", "motion_of", "position_channels", "shortest_period", "speed_and_acceleration"]
 
 FloatArray = NDArray[np.float64]
+Derivatives = tuple[FloatArray, FloatArray, float | None]
 _REST = 0.02
 _TURN = 0.02
 _LINE = 0.03
@@ -83,11 +84,11 @@ def shortest_period(record: Record, name: str | None) -> float:
     return 1.0 / max(float(frequency[int(np.searchsorted(share, 0.95))]), 1.0 / span)
 
 
-def motion_of(record: Record, name: str) -> tuple[Motion, list[Finding]]:
+def motion_of(record: Record, name: str, derivatives: Derivatives) -> tuple[Motion, list[Finding]]:
     """Coverage of the motion of one position channel, and findings on what it leaves out."""
     x, time = record.columns[name], record.time
-    v, a, cutoff = _derivatives(record, name)
-    turns = turning_points(x)
+    v, a, cutoff = derivatives
+    turns = _turning_points(x)
     half = 0.5 * np.abs(np.diff(x[turns])) if turns.size > 1 else np.array([0.5 * float(np.ptp(x))])
     resting = np.abs(v) < _REST * max(float(np.quantile(np.abs(v), 0.99)), 1e-300)
     edges = np.flatnonzero(np.diff(resting.astype(np.int8), prepend=0, append=0))
@@ -149,7 +150,8 @@ def _load_spread(load: FloatArray) -> float:
     return float(high - low) / max(float(np.abs(load).mean()), 1e-300)
 
 
-def _derivatives(record: Record, name: str) -> tuple[FloatArray, FloatArray, float | None]:
+def speed_and_acceleration(record: Record, name: str) -> Derivatives:
+    """Speed, acceleration and the cut-off [Hz] of the differentiator (None: plain differences) of a channel."""
     x, time = record.columns[name], record.time
     try:
         cutoff = default_cutoff(time, x)
@@ -160,7 +162,7 @@ def _derivatives(record: Record, name: str) -> tuple[FloatArray, FloatArray, flo
     return v.values, a.values, cutoff
 
 
-def turning_points(x: FloatArray) -> NDArray[np.int64]:
+def _turning_points(x: FloatArray) -> NDArray[np.int64]:
     """Samples where the motion turns; wobble below 2 % of the range or three sensor steps is none."""
     least = max(_TURN * float(np.ptp(x)), 3.0 * quantisation_step(x))
     if least == 0.0:

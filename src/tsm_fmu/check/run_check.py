@@ -13,11 +13,13 @@ from .clock import Clock, check_clock
 from .events import check_events
 from .finding import Finding, finding
 from .levels import check_clipping, check_quantisation, check_stuck
-from .motion import Motion, drive_channel, motion_of, position_channels, shortest_period, turning_points
+from .motion import Motion, drive_channel, motion_of, position_channels, shortest_period, speed_and_acceleration
 from .power import Power, check_power
 
 __all__ = ["Channel", "RunCheck", "check_record"]
 
+FloatArray = NDArray[np.float64]
+_SLOW = 0.1
 _BROKEN_AWAY = 0.1
 
 
@@ -32,7 +34,7 @@ class Channel:
     step : float
         Quantisation step; 0.0 where none was found.
     noise : float
-        RMS of what is not seen again one sample later (second differences over the root of 6).
+        Standard deviation of sample-to-sample noise, from the median of the second differences.
     """
 
     unit: str
@@ -83,10 +85,15 @@ def check_record(record: Record) -> RunCheck:
     channels = {name: _channel(record, name) for name in record.columns}
     for name, channel in channels.items():
         found += check_quantisation(record, name, channel.step)
-        found += check_clipping(record, name, channel.step, window)
-        found += check_stuck(record, name, positions)
-    motion, coverage = motion_of(record, drive) if drive else (None, [])
-    found += check_events(record, window, positions, _turning(record, motion, window))
+        clipped = check_clipping(record, name, channel.step, window)
+        # a clipped channel repeats its limit: one finding says it
+        found += clipped or check_stuck(record, name, positions)
+    motion, coverage, turning = None, [], np.zeros(record.time.size, dtype=bool)
+    if drive:
+        derivatives = speed_and_acceleration(record, drive)
+        motion, coverage = motion_of(record, drive, derivatives)
+        turning = _turning(record.columns[drive], derivatives[0], window)
+    found += check_events(record, window, positions, turning)
     powers, signs = check_power(record)
     found += signs
     if motion and motion.initial_rest * clock.rate > 0.5 * window:
@@ -100,21 +107,20 @@ def check_record(record: Record) -> RunCheck:
 
 def _channel(record: Record, name: str) -> Channel:
     x = record.columns[name]
-    noise = float(np.sqrt(np.mean(np.square(np.diff(x, 2))) / 6.0)) if x.size > 2 else 0.0
+    # white noise of standard deviation 1 has second differences of root 6; 1.4826 makes a median a deviation
+    noise = float(1.4826 * np.median(np.abs(np.diff(x, 2))) / np.sqrt(6.0)) if x.size > 2 else 0.0
     return Channel(record.units[name], float(x.min()), float(x.max()), quantisation_step(x), noise)
 
 
-def _turning(record: Record, motion: Motion | None, window: int) -> NDArray[np.bool_]:
-    """Where the drive turns or starts, until it has moved away by a tenth of its range, and a window around."""
-    marked = np.zeros(record.time.size, dtype=bool)
-    if motion is None:
-        return marked
-    x = record.columns[motion.channel]
-    start = int(np.searchsorted(record.time, record.time[0] + motion.initial_rest))
-    for k in [start, *turning_points(x)]:
-        away = np.abs(x[k:] - x[k]) > _BROKEN_AWAY * float(np.ptp(x))
-        end = k + (int(np.argmax(away)) if away.any() else away.size)
-        marked[max(0, k - window) : end + window] = True
+def _turning(x: FloatArray, v: FloatArray, window: int) -> NDArray[np.bool_]:
+    """Where the drive is slow, until it has moved away by a tenth of its range, and a window around."""
+    slow = np.abs(v) < _SLOW * max(float(np.quantile(np.abs(v), 0.99)), 1e-300)
+    edges = np.flatnonzero(np.diff(slow.astype(np.int8), prepend=0, append=0))
+    marked = np.zeros(x.size, dtype=bool)
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        away = np.abs(x[end:] - x[end - 1]) > _BROKEN_AWAY * float(np.ptp(x))
+        broken = end + (int(np.argmax(away)) if away.any() else away.size)
+        marked[max(0, begin - window) : broken + window] = True
     return marked
 
 

@@ -41,7 +41,7 @@ def _print(console: Console, result: RunCheck) -> None:
         f"jitter {clock.jitter:.2g} s, {clock.gaps} gaps; sha256 {result.sha256[:12]}",
         highlight=False,
     )
-    table = Table("channel", "unit", "lowest", "highest", "step", "steps in range", "noise RMS")
+    table = Table("channel", "unit", "lowest", "highest", "step", "steps in range", "noise")
     for name, c in result.channels.items():
         steps = (f"{c.step:.6g}", f"{(c.highest - c.lowest) / c.step:.0f}") if c.step > 0.0 else ("none found", "")
         table.add_row(name, c.unit, f"{c.lowest:.6g}", f"{c.highest:.6g}", *steps, f"{c.noise:.3g}")
