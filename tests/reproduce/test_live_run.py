@@ -22,11 +22,12 @@ VERDICTS = {
     "mmt2015.mse_periodic mssp2015.friction_error ame2020.slack_m05_180 ame2020.residual_reverse_m10_540 "
     "ame2020.optimum_resolved ame2020.wheel_friction_unit",
     X: "iftomm2013.continuous icinco2013.balance icinco2013.steady mmt2015.reading_printed_eq10 "
-    "mmt2015.reading_clamped mmt2015.literal mmt2015.eq9 mmt2015.at_rest mmt2015.smooth mmt2015.fig4_printed mssp2015.monotone "
-    "mssp2015.eliminated mssp2015.parameters mssp2015.width_non_periodic mssp2015.periodic_residual "
-    "mssp2015.periodic_std mssp2015.newton mssp2015.smooth_non_periodic ame2020.winding ame2020.wheel_friction_sign "
-    "ame2020.forward_m05_180 ame2020.forward_m10_540 ame2020.stiffness_path ame2020.load_exponent_180 ame2020.shape "
-    "ame2020.reverse_m05_180 ame2020.reverse_m10_540 ame2020.lugre_m05_180 ame2020.sigma1_unit ame2020.lugre_state",
+    "mmt2015.reading_clamped mmt2015.literal mmt2015.eq9 mmt2015.at_rest mmt2015.smooth mmt2015.fig4_printed "
+    "mssp2015.monotone mssp2015.eliminated mssp2015.parameters mssp2015.width_non_periodic "
+    "mssp2015.periodic_residual mssp2015.periodic_std mssp2015.newton mssp2015.smooth_non_periodic "
+    "ame2020.winding ame2020.wheel_friction_sign ame2020.forward_m05_180 ame2020.forward_m10_540 "
+    "ame2020.stiffness_path ame2020.load_exponent_180 ame2020.shape ame2020.reverse_m05_180 "
+    "ame2020.reverse_m10_540 ame2020.lugre_m05_180 ame2020.sigma1_unit ame2020.lugre_state",
 }
 
 

@@ -12,7 +12,6 @@ from ..kernel import kernel
 from ..report import Line, Table
 from .ame2020_drive import (
     NAMES,
-    STROKE,
     WEIGHT,
     compensated_error,
     forward_error,
@@ -63,7 +62,7 @@ def audit_table() -> Table:
     caption = (
         "forward and reverse: reported [mm]. path, + winding: forward error [mm] by the strain of the path, and with "
         "that which the wheels wind. EA needed: for the path alone. changes sides, hangs: elastic reverse error [mm], "
-        f"if the weight changes tendons or stays on one. Pairs are for EA = {low:.0f} and {high:.0f} N, the fibre's range."
+        f"the weight changing tendons or staying on one. Pairs: EA = {low:.0f} and {high:.0f} N, the fibre's range."
     )
     return Table(heading, rows, caption)
 
@@ -104,23 +103,25 @@ def transmission_figures() -> dict[str, go.Figure]:
 
 def _compensation_figure(case: str, without: tuple[FloatArray, ...]) -> go.Figure:
     s_in, s_out = (x[: 2 * (x.size // 3) + 1] for x in without)
-    time = np.linspace(0.0, 2.0, s_in.size)
-    lines = {"compensator without winding strain": {"winding_strain": 0.0}, "compensator with all parameters": {}}
     errors = []
-    for name, values in lines.items():
+    for name, values in {"without winding strain": {"winding_strain": 0.0}, "with all parameters": {}}.items():
         wanted, error = compensated_error(case, rows=80, **values)
-        errors.append(Line(name, np.linspace(0.0, 2.0 - 0.2 / STROKE, wanted.size), error))
+        errors.append(Line(f"compensator {name}", _way(1e3 * wanted), error))
     return panels(
         [
             plot(
-                [Line("without compensation", time, s_in - s_out)],
+                [Line("without compensation", _way(s_in), s_in - s_out)],
                 "Before",
-                "stroke there (0-1) and back",
+                "way there and back [mm]",
                 "error [mm]",
             ),
-            plot(errors, "After", "stroke there (0-1) and back", "error [mm]"),
+            plot(errors, "After", "way there and back [mm]", "error [mm]"),
         ]
     )
+
+
+def _way(position: FloatArray) -> FloatArray:
+    return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(position)))])
 
 
 def _same_bend_figure() -> go.Figure:

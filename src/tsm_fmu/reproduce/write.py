@@ -116,10 +116,11 @@ def _summary(done: Reproduction) -> str:
 
 
 def _overview(done: Reproduction) -> Section:
-    heading = ["paper", *(verdict.value for verdict in Verdict), "claims"]
-    rows: list[list[Any]] = []
-    for paper, result in done.results.items():
-        rows.append([_short(paper), *done.counts(paper).values(), len(result.claims)])
+    heading = ["verdict", *map(_short, done.results), "all"]
+    rows: list[list[Any]] = [
+        [verdict.value, *(done.counts(paper)[verdict] for paper in done.results), done.counts()[verdict]]
+        for verdict in Verdict
+    ]
     everything = [[_short(c.paper), c.items[0], _quantity(c), c.reported, c.ours, c.verdict.value] for c in done.claims]
     return Section(
         "Verdicts",
