@@ -74,6 +74,10 @@ def test_nothing_is_found_where_nothing_is_planted(seed):
     assert result.channels["x_in"].step == pytest.approx(STEP_IN, rel=1e-6)
     assert result.channels["x_out"].step == pytest.approx(STEP_OUT, rel=1e-6)
     assert result.channels["tau_in"].step == 0.0
+    # of first-order noise with pole 0.6 and variance s^2: s^2 (6 - 8 * 0.6 + 2 * 0.36) / 6 in second differences
+    coloured = 2e-4 / np.sqrt(1 - 0.36) * np.sqrt((6 - 8 * 0.6 + 2 * 0.36) / 6)
+    assert result.channels["tau_out"].noise == pytest.approx(coloured, rel=0.05)
+    assert result.channels["x_in"].noise >= STEP_IN / np.sqrt(12) * (1 - 1e-6)
     (first, second) = result.motion.frequencies
     assert first == pytest.approx(0.2 + 0.07 * seed, rel=0.02)
     assert second == pytest.approx(3.1 * (0.2 + 0.07 * seed), rel=0.02)
@@ -239,7 +243,7 @@ def test_verb_prints_text_and_json(tmp_path, capsys):
     path = write_record(tmp_path / "run.csv.gz", time, {**columns, "tau_in": -columns["tau_in"]}, UNITS)
     assert run(["check", str(path), "--scale", "tau_in=-1"]) == 0
     text = capsys.readouterr().out
-    assert "1 findings" in text
+    assert "findings: 1" in text
     assert "x_out by 11" in text
     assert "(rows 3002 to 3003)" in text
     assert run(["check", str(path), "--scale", "tau_in=-1", "--to", "7", "--json"]) == 0

@@ -2,6 +2,7 @@
 
 import gzip
 import hashlib
+import pickle
 
 import numpy as np
 import pytest
@@ -112,6 +113,13 @@ def test_a_record_cannot_be_changed(tmp_path):
         run.time[0] = 3.0
     with pytest.raises(TypeError):
         run.columns["tau_in"] = run.time  # pyright: ignore[reportIndexIssue]
+
+
+def test_a_record_goes_to_another_process(tmp_path):
+    run = read_record(written(tmp_path / "a.csv"), start=1e-3)
+    twin = pickle.loads(pickle.dumps(run))
+    assert (twin.name, twin.sha256, twin.source, twin.first_row) == (run.name, run.sha256, run.source, 3)
+    np.testing.assert_array_equal(twin.columns["tau_in"], run.columns["tau_in"])
 
 
 def test_records_made_in_memory_are_checked_too():

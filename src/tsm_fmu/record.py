@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -62,6 +63,11 @@ class Record:
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "columns", MappingProxyType(columns))
         object.__setattr__(self, "units", MappingProxyType(dict(self.units)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # the read-only views cannot be pickled; a run that goes to another process is made anew there
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        return Record, tuple(dict(v) if isinstance(v, MappingProxyType) else v for v in values.values())
 
     def row(self, sample: int) -> int:
         """Row of the file that holds the sample."""

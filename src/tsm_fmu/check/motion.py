@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks, periodogram
 
-from ..differentiate import default_cutoff, differentiate
+from ..differentiate import differentiate
 from ..models.contract import InputError
 from ..quantisation import quantisation_step
 from ..record import Record
@@ -150,16 +150,18 @@ def _load_spread(load: FloatArray) -> float:
     return float(high - low) / max(float(np.abs(load).mean()), 1e-300)
 
 
-def speed_and_acceleration(record: Record, name: str) -> Derivatives:
+def speed_and_acceleration(record: Record, name: str, cutoff: float | None = None) -> Derivatives:
     """Speed, acceleration and the cut-off [Hz] of the differentiator (None: plain differences) of a channel."""
     x, time = record.columns[name], record.time
     try:
-        cutoff = default_cutoff(time, x)
-        v, a = (differentiate(time, x, order) for order in (1, 2))
-    except InputError:  # uneven or too short: ranges are still worth a look
+        v, a = (differentiate(time, x, order, cutoff, record.first_row) for order in (1, 2))
+    except InputError:
+        if cutoff is not None:
+            raise
+        # uneven or too short: ranges are still worth a look
         v = np.gradient(x, time)
         return v, np.gradient(v, time), None
-    return v.values, a.values, cutoff
+    return v.values, a.values, v.cutoff
 
 
 def _turning_points(x: FloatArray) -> NDArray[np.int64]:

@@ -34,7 +34,8 @@ class Channel:
     step : float
         Quantisation step; 0.0 where none was found.
     noise : float
-        Standard deviation of sample-to-sample noise, from the median of the second differences.
+        Standard deviation of sample-to-sample noise, from the median of the second differences; no less than the
+        step over the root of 12, which is what quantisation adds.
     """
 
     unit: str
@@ -76,8 +77,20 @@ class RunCheck:
     findings: list[Finding]
 
 
-def check_record(record: Record) -> RunCheck:
-    """Check a run; see `RunCheck`. Nothing is repaired."""
+def check_record(record: Record, cutoff: float | None = None) -> RunCheck:
+    """Check a run; see `RunCheck`. Nothing is repaired.
+
+    Parameters
+    ----------
+    record : Record
+    cutoff : float, optional
+        Cut-off [Hz] of the differentiator for speed and acceleration; from the data without it.
+
+    Raises
+    ------
+    InputError
+        If a cut-off is given that rate, length or gaps of the run do not allow.
+    """
     clock, found = check_clock(record)
     drive = drive_channel(record)
     positions = position_channels(record)
@@ -90,7 +103,7 @@ def check_record(record: Record) -> RunCheck:
         found += clipped or check_stuck(record, name, positions)
     motion, coverage, turning = None, [], np.zeros(record.time.size, dtype=bool)
     if drive:
-        derivatives = speed_and_acceleration(record, drive)
+        derivatives = speed_and_acceleration(record, drive, cutoff)
         motion, coverage = motion_of(record, drive, derivatives)
         turning = _turning(record.columns[drive], derivatives[0], window)
     found += check_events(record, window, positions, turning)
@@ -109,7 +122,8 @@ def _channel(record: Record, name: str) -> Channel:
     x = record.columns[name]
     # white noise of standard deviation 1 has second differences of root 6; 1.4826 makes a median a deviation
     noise = float(1.4826 * np.median(np.abs(np.diff(x, 2))) / np.sqrt(6.0)) if x.size > 2 else 0.0
-    return Channel(record.units[name], float(x.min()), float(x.max()), quantisation_step(x), noise)
+    step = quantisation_step(x)
+    return Channel(record.units[name], float(x.min()), float(x.max()), step, max(noise, step / np.sqrt(12.0)))
 
 
 def _turning(x: FloatArray, v: FloatArray, window: int) -> NDArray[np.bool_]:

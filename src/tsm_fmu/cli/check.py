@@ -12,7 +12,7 @@ from rich.table import Table
 from ..check import RunCheck, check_record
 from ..check.finding import shown
 from .app import app, print_json
-from .runs import Map, ReadOptions, Run, Scale, Start, Stop, read_runs
+from .runs import Cutoff, Map, ReadOptions, Run, Scale, Start, Stop, read_runs
 
 
 @app.command("check")
@@ -22,11 +22,12 @@ def check(
     stop: Stop = None,
     maps: Map = [],  # noqa: B006
     scales: Scale = [],  # noqa: B006
+    cutoff: Cutoff = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Columns, rate, gaps, glitches, quantisation, power sign, coverage: what is in this log."""
     (record,) = read_runs([run], ReadOptions.of(start, stop, maps, scales))
-    result = check_record(record)
+    result = check_record(record, cutoff)
     if as_json:
         print_json(asdict(result))
         return
@@ -61,7 +62,7 @@ def _print(console: Console, result: RunCheck) -> None:
     for p in result.powers:
         say(f"power {p.effort} * d{p.motion}/dt: {p.mean:.3g} W on average", highlight=False)
     found = [f for f in result.findings if f.kind != "coverage"]
-    say(f"{len(found)} findings" if found else "nothing wrong found", style="bold")
+    say(f"findings: {len(found)}" if found else "nothing wrong found", style="bold")
     for f in found:
         say(f"  {f.kind}: {f.text}", highlight=False, markup=False, soft_wrap=True)
     missing = [f for f in result.findings if f.kind == "coverage"]
