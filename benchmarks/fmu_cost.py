@@ -1,12 +1,12 @@
 """Cost of set + doStep + get of each FMU, against a PythonFMU FMU with the same interface and an empty do_step.
 
-Both are called through the C interface with buffers made beforehand, as a compiled host would.
+Both are called through the C interface with buffers made beforehand, as a compiled host would, and both get the
+signals of the reference experiment: all inputs move, turn and rest.
 """
 
 from __future__ import annotations
 
 import ctypes
-import math
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -19,14 +19,22 @@ from pythonfmu.builder import FmuBuilder
 
 from tsm_fmu.cosim.unpack import unpacked
 from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.fmu.stimuli import stimuli
 from tsm_fmu.kernel import Kernel
 from tsm_fmu.models import MODELS
 
 from .ratio import Ratio, compare
 
 LIMIT = 2.0
-STEPS = 2000
 STEP = 2.0**-10
+"""About the step of the default experiment [s]."""
+
+REASONS = {
+    "LebusTransmission": "solves the tension profiles of two tendons in each step",
+    "DcMotor": "closed form that locates reversals and changes of power flow inside the step",
+    "LebusCompensator": "solves the transmission for its driver angle in each step",
+}
+"""Why a limit is missed, where that is known; it stays missed."""
 
 EMPTY = """
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
@@ -54,7 +62,8 @@ def ratios() -> Iterator[Ratio]:
             with ExitStack() as stack:
                 ours = stack.enter_context(_loop(build_fmu(k, Path(folder)), k))
                 empty = stack.enter_context(_loop(_empty(k, Path(folder)), k))
-                yield compare(f"{k.name}: set + doStep + get", ours, empty, STEPS, LIMIT)
+                found = compare(f"{k.name}: set + doStep + get", ours, empty, len(stimuli(k, step=STEP)), LIMIT)
+                yield found._replace(reason=REASONS.get(k.name, ""))
 
 
 def _empty(k: Kernel, folder: Path) -> Path:
@@ -71,7 +80,7 @@ def _empty(k: Kernel, folder: Path) -> Path:
 
 @contextmanager
 def _loop(fmu: Path, k: Kernel) -> Iterator[Callable[[], None]]:
-    """A function that does ``STEPS`` steps on from where the last call ended."""
+    """A function that does the experiment, on from where the last call ended."""
     with unpacked(fmu) as folder:
         description = fmpy.read_model_description(str(folder))
         model = description.coSimulation.modelIdentifier
@@ -86,14 +95,14 @@ def _loop(fmu: Path, k: Kernel) -> Iterator[Callable[[], None]]:
         get_values, _ = _access(library, component, "Get", k.outputs, references)
         do_step = library.fmi2DoStep
         do_step.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int]
-        wave = [0.3 + 0.2 * math.sin(2.0 * math.pi * n / STEPS) for n in range(STEPS)]
+        rows = stimuli(k, step=STEP)
         done = 0
 
         def run() -> None:
             nonlocal done
-            for x in wave:
+            for row in rows:
                 for buffer in values:
-                    buffer[0] = x
+                    buffer[:] = row
                 worst = do_step(component, done * STEP, STEP, 1)
                 for call, arguments in set_values:
                     worst = max(worst, call(*arguments))

@@ -9,17 +9,23 @@ from typing import NamedTuple
 
 
 class Ratio(NamedTuple):
-    """One comparison: what, ours and the reference in microseconds per call, their ratio and its limit."""
+    """One comparison: what, ours and the reference in microseconds per call, their ratio and its limit.
+
+    ``reason`` says why the limit is missed, where that is known.
+    """
 
     what: str
     ours_us: float
     reference_us: float
     ratio: float
     limit: float
+    reason: str = ""
 
     @property
     def verdict(self) -> str:
-        return "ok" if self.ratio <= self.limit else "OVER"
+        if self.ratio <= self.limit:
+            return "ok"
+        return f"OVER: {self.reason}, {self.ours_us - self.reference_us:.0f} us" if self.reason else "OVER"
 
 
 def compare(

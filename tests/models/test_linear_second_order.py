@@ -55,7 +55,7 @@ def test_first_fall_agrees_with_a_dense_scan(a_1: float, a_0: float) -> None:
         h, dh, ddh = rng.uniform(0.0, 1.0), rng.normal() * slow * 3, rng.normal() * slow * math.sqrt(a_0) * 3
         times = np.linspace(0.0, t_end, 4001)
         values = np.array([response(h, dh, ddh, a_1, a_0, t) for t in times])
-        crossing = first_fall_below_zero(h, dh, ddh, a_1, a_0, t_end)
+        crossing = first_fall_below_zero(h, dh, ddh, a_1, a_0, t_end, *slope_response(a_1, a_0, t_end))
         below = np.flatnonzero(values < 0.0)
         if below.size:
             found_some += 1

@@ -34,7 +34,8 @@ KNOTS = (
 )
 """Duration of each move [s] and where it ends."""
 
-ROWS = 1 + math.floor(sum(duration for duration, _ in KNOTS) / STEP)
+DURATION = sum(duration for duration, _ in KNOTS)
+ROWS = 1 + math.floor(DURATION / STEP)
 
 SCALES = {
     "m": (0.0031, 0.0173),
@@ -74,8 +75,8 @@ def motion(time: float) -> tuple[float, float, float]:
     return place, 0.0, 0.0
 
 
-def stimuli(kernel: Kernel, size: float = 1.0) -> list[list[float]]:
-    """Input rows of a kernel, SI, at the times ``k STEP``; the first two are equal.
+def stimuli(kernel: Kernel, size: float = 1.0, step: float = STEP) -> list[list[float]]:
+    """Input rows of a kernel, SI, at multiples of ``step``; at the default step the first two are equal.
 
     Parameters
     ----------
@@ -83,12 +84,15 @@ def stimuli(kernel: Kernel, size: float = 1.0) -> list[list[float]]:
         Inputs called ``v`` and ``a`` are derivatives of its motion.
     size : float
         Makes every signal smaller, offset included.
+    step : float
+        Time from row to row [s].
     """
-    signals = [list(_signal(kernel.name, j, v)) for j, v in enumerate(kernel.inputs)]
-    return [[size * signal[row] for signal in signals] for row in range(ROWS)]
+    times = [row * step for row in range(1 + math.floor(DURATION / step))]
+    signals = [list(_signal(kernel.name, j, v, times)) for j, v in enumerate(kernel.inputs)]
+    return [[size * signal[row] for signal in signals] for row in range(len(times))]
 
 
-def _signal(model: str, position: int, variable: Variable) -> Iterator[float]:
+def _signal(model: str, position: int, variable: Variable, times: list[float]) -> Iterator[float]:
     order = _ORDER.get(variable.name, 0)
     quantity = variable.quantity
     unit = quantity.unit.partition("/")[0] if order else quantity.unit
@@ -98,5 +102,5 @@ def _signal(model: str, position: int, variable: Variable) -> Iterator[float]:
     elif math.isfinite(quantity.lo):
         offset = max(offset, quantity.lo + amplitude)
     pace = 1.0 if order else 0.83**position
-    for row in range(ROWS):
-        yield offset + amplitude * motion(pace * row * STEP)[order]
+    for time in times:
+        yield offset + amplitude * motion(pace * time)[order]

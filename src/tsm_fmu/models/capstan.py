@@ -23,6 +23,7 @@ exp(2 dlam) - 1. The profile's stretch is then off by as much, until the tendon 
 import math
 from typing import NamedTuple
 
+CLOSE = 1e-15  # relative: rounding of the work moves a level by as much
 CAPACITY = 8
 END = CAPACITY + 1  # index of the last point when the memory is full
 
@@ -150,12 +151,14 @@ def cut_work(sheath: Sheath, profile: Profile, way: float, side: float, level: f
     sign = side * way
     work = 0.0
     reach = 0.0
+    W_b = profile.T[0]
+    in_b = sign * (level - W_b)
     for k in range(profile.n):
         a = profile.lam[k]
         b = profile.lam[k + 1]
-        W_a = profile.T[k] * math.exp(way * a)
+        W_a = W_b
+        in_a = in_b
         W_b = profile.T[k + 1] * math.exp(way * b)
-        in_a = sign * (level - W_a)
         in_b = sign * (level - W_b)
         if in_a <= 0.0 and in_b <= 0.0:
             continue
@@ -200,7 +203,7 @@ def cut_level(sheath: Sheath, profile: Profile, way: float, side: float, work: f
             newton = level - 2.0 * (done - math.sqrt(done * work)) / rate
             if min(lo, hi) < newton < max(lo, hi):
                 following = newton
-        if following == level or abs(following - level) <= 1e-16 * abs(level):
+        if abs(following - level) <= CLOSE * abs(level):
             break
         level = following
     return level, False

@@ -109,19 +109,6 @@ PRESETS = {
 }
 
 
-class Motion(NamedTuple):
-    """Speed and current with their first two derivatives while (1)-(3) are linear, and Eq (7)."""
-
-    omega: float
-    domega: float
-    ddomega: float
-    i: float
-    di: float
-    ddi: float
-    a_1: float
-    a_0: float
-
-
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
     s = State(p.phi_0, 0.0, 0.0)
     return s, _outputs(p, s, _voltage(p, u), u.tau_load)
@@ -132,24 +119,40 @@ def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
     left, phi, omega, i = dt, s.phi, s.omega, s.i
     e = 0.0  # the flow of power is known from the second stretch on
     for _ in range(MOST_EVENTS):
-        direction = _direction(p, voltage, u.tau_load, omega, i)
+        direction = math.copysign(1.0, omega) if omega != 0.0 else _breakaway(p, voltage, u.tau_load, i)
         if direction == 0.0:
             i, left = _held(p, voltage, u.tau_load, i, left)
             omega, e = 0.0, 0.0
         else:
+            g = direction * _transmitted(p, omega, i, direction * p.tau_c, u.tau_load)
             if e == 0.0:
-                e = _gear_factor(p, voltage, u.tau_load, omega, i, direction)
-            motion = _motion(p, voltage, u.tau_load, omega, i, direction, e)
-            to_rest, to_change = _events(p, motion, u.tau_load, direction, e, left)
+                e = _gear_factor(p, voltage, u.tau_load, omega, i, direction, g)
+            di, domega, ddi, ddomega, a_1, a_0 = _linear(p, voltage, u.tau_load, omega, i, direction, e)
+            E, G = slope_response(a_1, a_0, left)
+            to_rest, to_change = math.inf, math.inf
+            if p.tau_c > 0.0 or p.efficiency < 1.0:
+                to_rest = first_fall_below_zero(
+                    direction * omega, direction * domega, direction * ddomega, a_1, a_0, left, E, G
+                )
+            if p.efficiency < 1.0:
+                flow = 1.0 if e < 1.0 else -1.0
+                dg = direction * _transmitted(p, domega, di, 0.0, 0.0)
+                ddg = direction * _transmitted(p, ddomega, ddi, 0.0, 0.0)
+                to_change = first_fall_below_zero(flow * g, flow * dg, flow * ddg, a_1, a_0, left, E, G)
             t = min(to_rest, to_change, left)
-            response_of_slope, its_integral = slope_response(motion.a_1, motion.a_0, t)
-            phi += _travel(motion, t, response_of_slope, its_integral)
-            i += motion.di * response_of_slope + (motion.ddi + motion.a_1 * motion.di) * its_integral
-            omega += motion.domega * response_of_slope + (motion.ddomega + motion.a_1 * motion.domega) * its_integral
+            if t < left:
+                E, G = slope_response(a_1, a_0, t)
+            apart = -(ddomega + a_1 * domega) / a_0  # omega - omega_inf
+            phi += (omega - apart) * t + apart * (E + a_1 * G) + domega * G  # (5)
+            i += di * E + (ddi + a_1 * di) * G
+            omega += domega * E + (ddomega + a_1 * domega) * G
             if t == to_rest:
                 omega, e = 0.0, 0.0
             elif t == to_change:
                 e = 1.0 / e
+            elif omega * direction > 0.0:  # no event in what was left: the ordinary end of a step
+                domega = _acceleration(p, u.tau_load, omega, i, direction, e)
+                return State(phi, omega, i), Outputs(phi, omega, domega, i)
             left -= t
         if left <= 0.0:
             reached = State(phi, omega, i)
@@ -158,14 +161,15 @@ def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
 
 
 def _voltage(p: Params, u: Inputs) -> float:
-    return min(max(u.u, -p.u_max), p.u_max)  # (1)
+    return u.u if abs(u.u) <= p.u_max else math.copysign(p.u_max, u.u)  # (1)
 
 
 def _outputs(p: Params, s: State, voltage: float, tau_load: float) -> Outputs:
-    direction = _direction(p, voltage, tau_load, s.omega, s.i)
+    direction = math.copysign(1.0, s.omega) if s.omega != 0.0 else _breakaway(p, voltage, tau_load, s.i)
     domega = 0.0
     if direction != 0.0:
-        e = _gear_factor(p, voltage, tau_load, s.omega, s.i, direction)
+        g = direction * _transmitted(p, s.omega, s.i, direction * p.tau_c, tau_load)
+        e = _gear_factor(p, voltage, tau_load, s.omega, s.i, direction, g)
         domega = _acceleration(p, tau_load, s.omega, s.i, direction, e)
     return Outputs(s.phi, s.omega, domega, s.i)
 
@@ -175,10 +179,8 @@ def _holding_current(p: Params, tau_load: float, direction: float) -> float:
     return (direction * p.tau_c + tau_load * e / p.gear_ratio) / p.k_t  # (6)
 
 
-def _direction(p: Params, voltage: float, tau_load: float, omega: float, i: float) -> float:
-    """Sign of the motion; at rest the sign it starts with, 0 where friction holds."""
-    if omega != 0.0:
-        return math.copysign(1.0, omega)
+def _breakaway(p: Params, voltage: float, tau_load: float, i: float) -> float:
+    """Sign of the motion that starts from rest, 0 where friction holds."""
     upper, lower = _holding_current(p, tau_load, 1.0), _holding_current(p, tau_load, -1.0)
     rounding = ROUNDING * (abs(i) + abs(upper) + abs(lower))
     change = voltage - p.R_a * i
@@ -201,21 +203,19 @@ def _held(p: Params, voltage: float, tau_load: float, i: float, left: float) -> 
     return final + (i - final) * math.exp(-rate * left), 0.0
 
 
-def _gear_factor(p: Params, voltage: float, tau_load: float, omega: float, i: float, direction: float) -> float:
-    """Factor e of Eq (4), from the sign of g, or of dg/dt where g = 0."""
-    g = _transmitted(p, omega, i, direction * p.tau_c, tau_load) * direction
+def _gear_factor(
+    p: Params, voltage: float, tau_load: float, omega: float, i: float, direction: float, g: float
+) -> float:
+    """Factor e of Eq (4), from the sign of ``g`` (in the direction of motion), or of its rate where it is 0."""
     if g == 0.0:
-        g = _motion_rate(p, _motion(p, voltage, tau_load, omega, i, direction, 1.0)) * direction
+        di, domega, _, _, _, _ = _linear(p, voltage, tau_load, omega, i, direction, 1.0)
+        g = direction * _transmitted(p, domega, di, 0.0, 0.0)
     return p.efficiency if g >= 0.0 else 1.0 / p.efficiency
 
 
 def _transmitted(p: Params, omega: float, i: float, coulomb: float, tau_load: float) -> float:
     n = p.gear_ratio
     return p.J_load * (p.k_t * i - p.b * n * omega - coulomb) + p.J_rotor * n * tau_load  # g
-
-
-def _motion_rate(p: Params, motion: Motion) -> float:
-    return _transmitted(p, motion.domega, motion.di, 0.0, 0.0)  # dg/dt
 
 
 def _acceleration(p: Params, tau_load: float, omega: float, i: float, direction: float, e: float) -> float:
@@ -227,7 +227,10 @@ def _acceleration(p: Params, tau_load: float, omega: float, i: float, direction:
     return domega
 
 
-def _motion(p: Params, voltage: float, tau_load: float, omega: float, i: float, direction: float, e: float) -> Motion:
+def _linear(
+    p: Params, voltage: float, tau_load: float, omega: float, i: float, direction: float, e: float
+) -> tuple[float, float, float, float, float, float]:
+    """First derivatives of i and omega, their second ones, a_1 and a_0, while (1)-(3) are linear."""
     n = p.gear_ratio
     inertia = p.J_load + e * n * n * p.J_rotor
     di = (voltage - p.R_a * i - p.k_e * n * omega) / p.L_a  # (1)
@@ -236,28 +239,4 @@ def _motion(p: Params, voltage: float, tau_load: float, omega: float, i: float, 
     ddomega = e * n * (p.k_t * di - p.b * n * domega) / inertia
     a_1 = p.R_a / p.L_a + e * n * n * p.b / inertia  # (7)
     a_0 = e * n * n * (p.R_a * p.b + p.k_t * p.k_e) / (p.L_a * inertia)
-    return Motion(omega, domega, ddomega, i, di, ddi, a_1, a_0)
-
-
-def _events(p: Params, motion: Motion, tau_load: float, direction: float, e: float, left: float) -> tuple[float, float]:
-    """Times at which the speed reaches 0 and at which the flow of power through the gear turns."""
-    a_1, a_0 = motion.a_1, motion.a_0
-    to_rest, to_change = math.inf, math.inf
-    if p.tau_c > 0.0 or p.efficiency < 1.0:
-        to_rest = first_fall_below_zero(
-            motion.omega * direction, motion.domega * direction, motion.ddomega * direction, a_1, a_0, left
-        )
-    if p.efficiency < 1.0:
-        side = direction if e < 1.0 else -direction
-        g = _transmitted(p, motion.omega, motion.i, direction * p.tau_c, tau_load)
-        dg = _motion_rate(p, motion)
-        ddg = _transmitted(p, motion.ddomega, motion.ddi, 0.0, 0.0)
-        to_change = first_fall_below_zero(g * side, dg * side, ddg * side, a_1, a_0, left)
-    return to_rest, to_change
-
-
-def _travel(motion: Motion, t: float, response_of_slope: float, its_integral: float) -> float:
-    """Integral of omega: omega_inf t + (omega - omega_inf)(E + a_1 G) + domega G."""
-    apart = -(motion.ddomega + motion.a_1 * motion.domega) / motion.a_0  # omega - omega_inf
-    steady = motion.omega - apart
-    return steady * t + apart * (response_of_slope + motion.a_1 * its_integral) + motion.domega * its_integral  # (5)
+    return di, domega, ddi, ddomega, a_1, a_0

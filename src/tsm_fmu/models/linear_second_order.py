@@ -79,15 +79,21 @@ def first_extremum(dh: float, ddh: float, a_1: float, a_0: float) -> float:
     return math.atanh(d * ratio) / d if d > 0.0 else ratio
 
 
-def first_fall_below_zero(h: float, dh: float, ddh: float, a_1: float, a_0: float, t_end: float) -> float:
+def first_fall_below_zero(
+    h: float, dh: float, ddh: float, a_1: float, a_0: float, t_end: float, e_end: float, g_end: float
+) -> float:
     """First time in [0, t_end] at which h, not negative before, falls through zero; infinity if it does not.
+
+    ``e_end`` and ``g_end`` are E and G at ``t_end``: a caller who asks for several h of one system has them already.
 
     h is monotone between its extrema, whose times are known in closed form, and the first falling stretch
     reaches the lowest value of all; so the one bracket that can hold the crossing is bisected. A value
     below zero by rounding at t = 0 counts as zero while h rises.
     """
-    if h > abs(dh) * t_end + 0.5 * abs(ddh + a_1 * dh) * t_end * t_end:
-        return math.inf  # |E| <= t and |G| <= t^2/2: too far away to get there
+    # |E| <= t, and <= 1/a_1: its rate is below exp(-a_1 t) up to its maximum, and later maxima are lower
+    most_e, most_g = (t_end, 0.5 * t_end * t_end) if a_1 * t_end < 1.0 else (1.0 / a_1, t_end / a_1)
+    if h > abs(dh) * most_e + abs(ddh + a_1 * dh) * most_g:
+        return math.inf  # too far away to get there
     turn = first_extremum(dh, ddh, a_1, a_0)
     falls = dh < 0.0 or (dh == 0.0 and ddh < 0.0)
     left, right = 0.0, min(turn, t_end)
@@ -98,7 +104,8 @@ def first_fall_below_zero(h: float, dh: float, ddh: float, a_1: float, a_0: floa
         square = 0.25 * a_1 * a_1 - a_0
         if square < 0.0:
             right = min(right, turn + math.pi / math.sqrt(-square))
-    if response(h, dh, ddh, a_1, a_0, right) >= 0.0:
+    lowest = h + dh * e_end + (ddh + a_1 * dh) * g_end if right == t_end else response(h, dh, ddh, a_1, a_0, right)
+    if lowest >= 0.0:
         return math.inf
     if response(h, dh, ddh, a_1, a_0, left) < 0.0:
         return left

@@ -101,15 +101,26 @@ def _signal(p: Params, t: float) -> Outputs:
 
 
 def _sines(p: Params, t: float) -> Outputs:
-    w_1, w_2, w_3 = math.tau * p.frequency_1, math.tau * p.frequency_2, math.tau * p.frequency_3
-    s_1, s_2, s_3 = math.sin(w_1 * t + p.phase_1), math.sin(w_2 * t + p.phase_2), math.sin(w_3 * t + p.phase_3)
-    c_1, c_2, c_3 = math.cos(w_1 * t + p.phase_1), math.cos(w_2 * t + p.phase_2), math.cos(w_3 * t + p.phase_3)
-    a_1, a_2, a_3 = p.amplitude_1, p.amplitude_2, p.amplitude_3
-    return Outputs(  # (1) and its derivatives
-        p.offset + a_1 * s_1 + a_2 * s_2 + a_3 * s_3,
-        w_1 * a_1 * c_1 + w_2 * a_2 * c_2 + w_3 * a_3 * c_3,
-        -(w_1 * w_1 * a_1 * s_1 + w_2 * w_2 * a_2 * s_2 + w_3 * w_3 * a_3 * s_3),
-    )
+    y, dy, ddy = p.offset, 0.0, 0.0
+    if p.amplitude_1 != 0.0:  # most signals have one sine or two: the others cost nothing
+        w = math.tau * p.frequency_1
+        angle = w * t + p.phase_1
+        y += p.amplitude_1 * math.sin(angle)  # (1) and its derivatives
+        dy += w * p.amplitude_1 * math.cos(angle)
+        ddy -= w * w * p.amplitude_1 * math.sin(angle)
+    if p.amplitude_2 != 0.0:
+        w = math.tau * p.frequency_2
+        angle = w * t + p.phase_2
+        y += p.amplitude_2 * math.sin(angle)
+        dy += w * p.amplitude_2 * math.cos(angle)
+        ddy -= w * w * p.amplitude_2 * math.sin(angle)
+    if p.amplitude_3 != 0.0:
+        w = math.tau * p.frequency_3
+        angle = w * t + p.phase_3
+        y += p.amplitude_3 * math.sin(angle)
+        dy += w * p.amplitude_3 * math.cos(angle)
+        ddy -= w * w * p.amplitude_3 * math.sin(angle)
+    return Outputs(y, dy, ddy)
 
 
 def _ramp(p: Params, t: float) -> Outputs:
