@@ -20,11 +20,12 @@ Validity: parameters, state and bounds are those of TendonDrive, so one fitted s
 
 from typing import Annotated, Any, NamedTuple
 
-from . import tendon_drive
 from .contract import Quantity
 from .joined import Part, joined
 from .lugre import stribeck
 from .tendon_drive import PRESETS as PRESETS
+from .tendon_drive import Params as DriveParams
+from .tendon_drive import State as DriveState
 from .tendon_drive import check as check
 from .tendon_drive import distal_angle, friction_torque, moved, rest
 from .tendon_drive import warnings as warnings
@@ -49,8 +50,7 @@ class Held(NamedTuple):
     slid: Annotated[float, Quantity("1", "1 once the drive has slid, 0 before")]
 
 
-DriveState = tendon_drive.State
-Params = joined("Params", Part("", tendon_drive.Params, tendon_drive.Params(), {}), Part("", Holding, Holding(), {}))
+Params = joined("Params", Part("", DriveParams, DriveParams(), {}), Part("", Holding, Holding(), {}))
 State = joined("State", Part("", DriveState, None, {}), Part("", Held, None, {}))
 
 
