@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..identify import scores
 from ..models.contract import InputError, Quantity, Variable
 from ..record import Record, kernel_inputs
 from ..units import unit_to_si
@@ -26,26 +27,6 @@ from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 from .unpack import unpacked
 
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Agreement:
-    """Simulated against measured values of one channel.
-
-    Attributes
-    ----------
-    unit : str
-        SI unit.
-    rmse, peak_to_peak_error : float
-        Root mean square, and largest minus smallest, of simulated minus measured.
-    nrmse : float
-        rmse over the standard deviation of the measured channel; infinite if that does not move.
-    """
-
-    unit: str
-    rmse: float
-    peak_to_peak_error: float
-    nrmse: float
 
 
 def replay(
@@ -116,7 +97,7 @@ def replay(
             raise SimulationStopped(str(failure), _in_si(recorder.trajectory(str(failure)))) from failure
 
 
-def agreement(time: FloatArray, columns: Mapping[str, FloatArray], record: Record) -> dict[str, Agreement]:
+def agreement(time: FloatArray, columns: Mapping[str, FloatArray], record: Record) -> dict[str, scores.Agreement]:
     """Compare simulated channels with those of the same name in the record, row by row.
 
     Raises
@@ -129,10 +110,8 @@ def agreement(time: FloatArray, columns: Mapping[str, FloatArray], record: Recor
     found = {}
     for name, simulated in columns.items():
         if name in record.columns:
-            error = simulated - record.columns[name]
-            rmse, spread = float(np.sqrt(np.mean(error**2))), float(np.std(record.columns[name]))
-            nrmse = rmse / spread if spread > 0.0 else np.inf
-            found[name] = Agreement(record.units[name], rmse, float(np.ptp(error)), nrmse)
+            measured = record.columns[name]
+            found[name] = scores.agreement(record.units[name], [measured], [simulated - measured])
     return found
 
 

@@ -12,7 +12,18 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Agreement:
-    """Error of one channel, in its unit; ``nrmse`` is the RMSE over the standard deviation of the measurement."""
+    """Simulated minus measured, of one channel.
+
+    Attributes
+    ----------
+    unit : str
+        SI unit of the next two.
+    rmse, peak_to_peak_error : float
+        Root mean square of the error, and its largest minus smallest value.
+    nrmse : float
+        rmse over the standard deviation of the measurement; infinite if that does not move.
+    samples : int
+    """
 
     unit: str
     rmse: float
