@@ -48,7 +48,7 @@ def _figure(lines: Sequence[Line], title: str, x_label: str, y_label: str, heigh
         height=height,
         template="plotly_white",
         modebar={"orientation": "v"},  # beside the plot, not over its title on a narrow screen
-        margin={"l": 60, "r": 15, "t": 45, "b": 90},
+        margin={"l": 60, "r": 48, "t": 45, "b": 90},
         legend={"orientation": "h", "yanchor": "top", "y": -0.22, "x": 0},
     )
     return figure
