@@ -43,6 +43,11 @@ def identify(
     shared: Annotated[
         list[str], typer.Option(metavar="P", help="One value for all runs of an offset or initial state; repeatable.")
     ] = [],  # noqa: B006
+    nuisance: Annotated[
+        list[str],
+        typer.Option(metavar="KIND@CHANNEL", help="delay@CHANNEL or offset@CHANNEL, fitted too; repeatable."),
+    ] = [],  # noqa: B006
+    report: Annotated[Path | None, typer.Option(metavar="HTML", help="Write a page with plots and tables.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same result.")] = 0,
     start: Start = None,
     stop: Stop = None,
@@ -54,40 +59,53 @@ def identify(
     """Fit a model's parameters to measured runs and write a model card."""
     from ..card import write_card
     from ..identify.fit import fit
+    from ..identify.nuisance import limit_delays, with_nuisance
     from ..identify.result import as_json as json_of
     from ..identify.result import model_card
     from ..identify.specification import fit_parameters, fit_run, measured_channels, per_run_fields
     from ..record import kernel_inputs
 
     chosen = model_argument(model)
-    kernel = chosen.kernel
+    extended = with_nuisance(chosen.kernel, chosen.effects, nuisance)
+    kernel = extended.kernel
     values = number_settings(settings(set_))
-    parameters = fit_parameters(kernel, chosen.preset or None, values, fix, chosen.card)
-    if not out.parent.is_dir():
-        raise InputError(f"--out {out} -- expected a folder that exists -- create {out.parent} first")
+    parameters = fit_parameters(kernel, chosen.preset or None, values, [*fix, *extended.fixed], chosen.card)
+    for option, path in (("--out", out), ("--report", report)):
+        if path is not None and not path.parent.is_dir():
+            raise InputError(f"{option} {path} -- expected a folder that exists -- create {path.parent} first")
+    if report is not None and report.suffix != ".html":
+        raise InputError(f"--report {report} -- expected a name that ends in .html -- rename it")
     options = ReadOptions.of(start, stop, maps, scales)
     records = read_runs([*measured, *holdout], options)
     channels = measured_channels(kernel, records)
     runs = [fit_run(kernel, record, channels, cutoff) for record in records]
-    with _progress() as report:
+    limit_delays(parameters, extended.delays, runs)
+    with _progress() as progress:
         result = fit(
             kernel,
             runs[: len(measured)],
             channels,
             parameters,
-            per_run=per_run_fields(kernel, shared),
+            per_run=per_run_fields(kernel, shared, extended.per_run),
             holdout=runs[len(measured) :],
             method=method,
             seed=seed,
-            progress=report,
+            progress=progress,
         )
     used = (records[: len(measured)], records[len(measured) :])
-    write_card(out, model_card(result, chosen.preset, *used, chosen.effects))
+    write_card(out, model_card(result, chosen.preset, *used, extended.effects))
+    if report is not None:
+        from ..identify.page import write_fit_report
+
+        write_fit_report(report, result, runs, records, extended.effects)
     notes = kernel_inputs(records[0], kernel, cutoff).notes
     if as_json:
-        print_json({**json_of(result), "card": str(out), "notes": list(notes)})
+        page = {} if report is None else {"report": str(report)}
+        print_json({**json_of(result), "card": str(out), **page, "notes": list(notes)})
     else:
         _print(result, out, notes)
+        if report is not None:
+            typer.echo(f"report {report}")
 
 
 class _progress:

@@ -74,10 +74,11 @@ def findings(
     for condition, fields in conditions.items():
         said.append(f"the condition {condition} holds the fit: {', '.join(map(name, fields))}")
     undetermined = tuple(f for f in problem.shared if f not in at_bound and _undetermined(problem, table, known, f))
+    undetermined += tuple(f for f in problem.own if any(math.isnan(run.get(f, 0.0)) for run in known.per_run))
     for field in undetermined:
-        error = known.stderr[field]
+        error = known.stderr.get(field, math.nan)
         size = "" if math.isnan(error) else f" (standard error {error:.3g})"
-        value = float(table[0, problem.fields.index(field)])
+        value = float(table[:, problem.fields.index(field)].mean())
         said.append(f"{name(field)} = {value:.6g}{size} is not determined by these runs")
     if known.condition_number > COLLINEAR and known.names:
         pairs = np.abs(np.triu(known.correlation, 1))

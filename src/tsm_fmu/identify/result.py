@@ -10,6 +10,7 @@ from typing import Any
 from ..card import CardParameter, ModelCard, Provenance, RecordUsed, utc_now
 from ..record import Record
 from .fit import Fit
+from .problem import FitRun, FloatArray
 from .scores import Agreement
 
 
@@ -36,6 +37,14 @@ def model_card(
             method=fit.method if fit.complete else f"{fit.method}, interrupted",
         ),
     )
+
+
+def run_outputs(fit: Fit, run: FitRun) -> FloatArray:
+    """Simulated channels of one run of the fit, shape (n, channels), with the run's own values."""
+    values = {v.name: v.kind(fit.parameters[v.field].value) for v in fit.kernel.parameters}
+    p = fit.kernel.params(values={**values, **fit.runs[run.name].values})
+    outputs = [v.name for v in fit.kernel.outputs]
+    return fit.kernel.simulate(p, run.time, run.inputs)[:, [outputs.index(channel) for channel in fit.channels]]
 
 
 def as_json(fit: Fit) -> dict[str, Any]:

@@ -73,7 +73,7 @@ def fit_parameters(
     return result
 
 
-def per_run_fields(model: Kernel, shared: Collection[str] = ()) -> tuple[str, ...]:
+def per_run_fields(model: Kernel, shared: Collection[str] = (), offsets: Collection[str] = ()) -> tuple[str, ...]:
     """Fields that have one value a run: offsets and initial states, which the model lists in ``PER_RUN``.
 
     Parameters
@@ -81,8 +81,10 @@ def per_run_fields(model: Kernel, shared: Collection[str] = ()) -> tuple[str, ..
     model : Kernel
     shared : collection of str
         Public names that are to have one value for all runs all the same.
+    offsets : collection of str
+        Further public names with one value a run, from `nuisance.with_nuisance`.
     """
-    declared = getattr(kernel(model.name).module, "PER_RUN", ())
+    declared = (*getattr(kernel(model.name).module, "PER_RUN", ()), *offsets)
     for name in shared:
         if name not in declared:
             raise InputError(
