@@ -8,7 +8,7 @@ from scipy.special import gammaincinv
 
 from .motions import FloatArray
 
-ELEMENTS = 48
+ELEMENTS = 32
 
 
 @njit(cache=False)
@@ -27,12 +27,17 @@ def _stops(x: FloatArray, force: FloatArray, reach: FloatArray, start: FloatArra
 def maxwell_slip(x: FloatArray, length: float) -> FloatArray:
     """Sum of stop (Maxwell slip) elements in [-1, 1], their reaches spread for an exponential reversal curve.
 
-    A curve that leaves saturation has 1 - 2 exp(-d/length) after the travel d. For that the force per reach
-    D = 2 Delta is a gamma density, (D/length**2) exp(-D/length). Half of the elements start at each of their ends: no
-    force at first, and the first curve is half of the reversal curve. Inner loops close (Prandtl-Ishlinskii).
+    A curve that leaves saturation has 1 - 2 exp(-d/length) after the travel d. For that the stiffness per reach
+    D = 2 Delta is 2 exp(-D/length)/length**2. Each element has the force and the stiffness of its part of that spread.
+    One of each two alike starts at either end: no force at first, and the first curve is half of the reversal
+    curve. Inner loops close (Prandtl-Ishlinskii).
     """
-    reach = 0.5 * length * gammaincinv(2.0, (np.arange(ELEMENTS) + 0.5) / ELEMENTS)
-    return _stops(x, np.full(ELEMENTS, 1.0 / ELEMENTS), reach, np.where(np.arange(ELEMENTS) % 2 == 0, 1.0, -1.0))
+    part = 0.5 - 0.5 * np.cos(np.pi * np.arange(ELEMENTS + 1) / ELEMENTS)  # finer at both ends
+    edges = gammaincinv(2.0, part)
+    force, stiffness = np.diff(part), -2.0 * np.diff(np.exp(-edges))
+    return _stops(
+        x, np.repeat(0.5 * force, 2), np.repeat(length * force / stiffness, 2), np.tile([1.0, -1.0], ELEMENTS)
+    )
 
 
 def even_slip(x: FloatArray, reach: FloatArray, force: FloatArray) -> FloatArray:

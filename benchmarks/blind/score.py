@@ -7,7 +7,8 @@ Points of a case (effects.md, section 4), with n hidden effects of the vocabular
 * a name where nothing is missing (B, F, and C without an effect) or where nothing shows (G): -3, unless it is right;
 * anything else 0.
 
-Some names say the same of these rigs and count as each other: see `SAME`.
+Some names say the same of these rigs and count as each other: see `SAME`. A name that the truth calls tolerated (the
+step of a coarse encoder that every log of the rig shows) counts neither way.
 """
 
 from __future__ import annotations
@@ -78,7 +79,8 @@ def scored(name: str, truth: Mapping[str, Any], answer: Mapping[str, Any]) -> Sc
     hidden = tuple(truth["effects"])
     if "failed" in answer:
         return Scored(name, truth["stratum"], "failed", hidden, (), 0.0, 0, 0, wall_s=answer.get("wall_s", 0.0))
-    named = tuple(dict.fromkeys(SAME.get(e, e) for e in answer["effects"]))
+    given = dict.fromkeys(SAME.get(e, e) for e in answer["effects"])
+    named = tuple(e for e in given if e in hidden or e not in truth["tolerated"])
     right = sum(e in hidden for e in named)
     wrong = len(named) - right
     sets = [{SAME.get(e, e) for e in group} for group in answer["equivalent"]]
@@ -196,11 +198,11 @@ def confusion(results: Iterable[Scored]) -> Counter[tuple[str, str]]:
 
 
 def risk_coverage(results: Iterable[Scored]) -> list[tuple[float, float]]:
-    """Coverage and share of wrong answers as the margin asked for falls, over the cases with something hidden.
+    """Coverage and share of wrong answers as the margin asked for falls, over the cases where something shows (not G).
 
     The most certain answers come first; a case counts as wrong if any of its names is.
     """
-    results = [r for r in results if r.truth or r.stratum == "E"]
+    results = [r for r in results if (r.truth and r.stratum != "G") or r.stratum == "E"]
     given = sorted((r for r in results if r.named), key=lambda r: -r.confidence)
     wrong, curve = 0, []
     for k, r in enumerate(given, 1):

@@ -36,7 +36,8 @@ def row(r: Scored) -> str:
 
 
 def _strata(results: Sequence[Scored]) -> Iterator[str]:
-    yield f"{'stratum':<28} {'cases':>5} {'right':>6} {'wrong':>6} {'in set':>6} {'no name':>7} {'points':>7}  names right"
+    head = ("cases", 5), ("right", 6), ("wrong", 6), ("in set", 6), ("no name", 7), ("points", 7)
+    yield f"{'stratum':<28} " + " ".join(f"{word:>{width}}" for word, width in head) + "  names right, 95 %"
     for letter, meaning in MEANING.items():
         rows = [r for r in results if r.stratum == letter]
         if rows:
