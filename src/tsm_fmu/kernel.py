@@ -171,8 +171,7 @@ class CompiledKernel:
 @cache
 def compile_kernel(module: ModuleType) -> CompiledKernel:
     """Compile ``start`` and ``step`` by cloning them, and the functions they call, with numba's globals."""
-    clones: dict[FunctionType, Any] = {}
-    start, step = _clone(module.start, clones), _clone(module.step, clones)
+    start, step = _clone(module.start), _clone(module.step)
     return CompiledKernel(start, step, _njit(_runner(module, start, step)))
 
 
@@ -182,15 +181,14 @@ def _njit(function: Any) -> Any:
     return njit(error_model="numpy", nogil=True)(function)
 
 
-def _clone(function: FunctionType, clones: dict[FunctionType, Any]) -> Any:
-    if function not in clones:
-        names = dict(function.__globals__)
-        for name in function.__code__.co_names:
-            if isinstance(names.get(name), FunctionType):
-                names[name] = _clone(names[name], clones)
-        twin = FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__)
-        clones[function] = _njit(twin)
-    return clones[function]
+@cache
+def _clone(function: FunctionType) -> Any:
+    """Clone of a function; kept, so that chains with the same model or effect compile it once."""
+    names = dict(function.__globals__)
+    for name in function.__code__.co_names:
+        if isinstance(names.get(name), FunctionType):
+            names[name] = _clone(names[name])
+    return _njit(FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__))
 
 
 def _runner(module: ModuleType, start: Any, step: Any) -> Any:

@@ -9,7 +9,7 @@ for the full refit.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
@@ -87,41 +87,62 @@ def possible(model: str, channels: Sequence[str], attached: Sequence[str], input
 
 
 def screen(
-    fitted: Fitted, candidates: Sequence[Attached], nuisance: FloatArray | None, floor: FloatArray
-) -> list[Screened]:
+    fitted: Fitted, candidates: Sequence[Attached], floor: FloatArray, counted: FloatArray,
+    said: Callable[[str], None] = lambda _: None,
+) -> list[Screened]:  # fmt: skip
     """Rank candidates by one linear step from a fitted baseline.
 
     Parameters
     ----------
     fitted : Fitted
     candidates : sequence of Attached
-    nuisance : ndarray or None, shape (rows, k)
-        Weighted columns that the baseline is also free to use.
     floor : ndarray, shape (channels,)
         Noise floor of each channel, in its unit.
+    counted : ndarray of bool, shape (channels,)
+        Channels whose gap counts.
+    said : callable
+        Told what is being done.
     """
-    bench = _Bench(fitted, nuisance, floor)
-    return sorted((bench.screened(c) for c in candidates), key=lambda s: -s.gain)
+    bench, found = _Bench(fitted, floor, counted), []
+    for number, candidate in enumerate(candidates, 1):
+        said(f"screen {number}/{len(candidates)}: {candidate.spec}")
+        found.append(bench.screened(candidate))
+    return sorted(found, key=lambda s: -s.gain)
+
+
+def places_of(fitted: Fitted) -> list[Coordinates]:
+    """Coordinates of each run of a fit, the load measured or as the model estimates it."""
+    model, problem = fitted.problem.kernel, fitted.problem
+    load = getattr(kernel(model.name).module, "LOAD", "")
+    inputs, outputs = [v.name for v in model.inputs], [v.name for v in model.outputs]
+    found = []
+    for k, run in enumerate(problem.runs):
+        signal = None
+        if load in inputs:
+            signal = run.inputs[:, inputs.index(load)]
+        elif load in outputs:
+            signal = model.simulate(problem.params(fitted.table[k]), run.time, run.inputs)[:, outputs.index(load)]
+        found.append(coordinates_of(model, run, signal, fitted.values.get("motion.x_pre")))
+    return found
 
 
 class _Bench:
     """The linearised baseline, on which candidates are tried."""
 
-    def __init__(self, fitted: Fitted, nuisance: FloatArray | None, floor: FloatArray) -> None:
+    def __init__(self, fitted: Fitted, floor: FloatArray, counted: FloatArray) -> None:
+        self.counted = counted
         self.fitted = fitted
         self.problem = fitted.problem
         self.kernel = self.problem.kernel
-        self.sigma = np.maximum(fitted.rmse, floor)
-        self.spread = np.sqrt(np.mean([r.targets.var(axis=0) for r in self.problem.runs], axis=0))
+        self.sigma = np.maximum(floor, 0.1 * fitted.rmse)
+        self.spread = fitted.spread
         self.share = np.sqrt(fitted.effective / sum(r.time.size for r in self.problem.runs))
         self.residual = self._flat(fitted.residuals)
         columns = jacobian(fitted, self.sigma / self.share)
-        if nuisance is not None and nuisance.size:
-            columns = np.column_stack([columns, nuisance])
         u, singular, _ = np.linalg.svd(columns, full_matrices=False)
         self.basis = u[:, singular > 1e-9 * singular[0]] if singular.size else u
         self.left = self._outside(self.residual)
-        self.signals = [self._signals(k) for k in range(len(self.problem.runs))]
+        self.signals = places_of(fitted)
         self.full = [self._full_outputs(k) for k in range(len(self.problem.runs))]
 
     def _flat(self, per_run: Sequence[FloatArray]) -> FloatArray:
@@ -134,18 +155,6 @@ class _Bench:
     def _full_outputs(self, k: int) -> FloatArray:
         run = self.problem.runs[k]
         return self.kernel.simulate(self.problem.params(self.fitted.table[k]), run.time, run.inputs)
-
-    def _signals(self, k: int) -> Coordinates:
-        run, names = self.problem.runs[k], [v.name for v in self.kernel.inputs]
-        load = getattr(kernel(self.kernel.name).module, "LOAD", "")
-        outputs = [v.name for v in self.kernel.outputs]
-        signal = None
-        if load in names:
-            signal = run.inputs[:, names.index(load)]
-        elif load in outputs:
-            signal = self._full_outputs(k)[:, outputs.index(load)]
-        own = self.fitted.values.get("motion.x_pre")
-        return coordinates_of(self.kernel, run, signal, own)
 
     def screened(self, attached: Attached) -> Screened:
         effect = Kernel(attached.module)
@@ -178,16 +187,15 @@ class _Bench:
         ]
         owner = [(i, sign) for i, n in enumerate(sizes) for sign in ((1.0, -1.0) if signed[n] else (1.0,))]
         matrix = np.column_stack(both)
-        amounts, _ = nnls(
-            matrix.T @ matrix + 1e-9 * np.eye(matrix.shape[1]), matrix.T @ self.left
-        )
+        amounts, _ = nnls(matrix.T @ matrix + 1e-9 * np.eye(matrix.shape[1]), matrix.T @ self.left)
         found = np.zeros(len(sizes))
         for (i, sign), amount in zip(owner, amounts, strict=True):
             found[i] += sign * amount / scale[i] if scale[i] > 1e-9 else 0.0
         after = self.left - outside @ found
-        before = float(np.sum(self.left**2))
-        gain = before * math.log(before / max(float(np.sum(after**2)), 1e-300)) if before > 0.0 else 0.0
-        return gain, found
+        count = self.sigma.size
+        before = np.maximum(np.sum(self.left.reshape(-1, count) ** 2, axis=0), 1e-300)
+        closed = np.maximum(np.sum(after.reshape(-1, count) ** 2, axis=0), 1e-6 * before)
+        return float(np.sum((self.fitted.effective * np.log(before / closed))[self.counted])), found
 
     def _at_size(self, whole: FloatArray) -> float:
         """Twice the log likelihood of this response when it is `SIZE` of the channel's spread."""
@@ -207,7 +215,7 @@ class _Bench:
             low, high = next((v.quantity.lo, v.quantity.hi) for v in effect.parameters if v.name == name)
             sign = -1.0 if high == 0.0 else 1.0
             column = np.zeros(0)
-            for _ in range(2):
+            for _ in range(1):
                 column = self._response(attached, effect, {**shape, name: sign * step})
                 size = float(np.sqrt(np.sum(column**2) / max(np.sum(self.residual**2), 1e-300)))
                 if not math.isfinite(size) or size == 0.0:
@@ -242,7 +250,7 @@ class _Bench:
             mp = module.Params(*self.problem.params(self.fitted.table[k])[: len(module.Params._fields)])
             mu, mo = module.Inputs(*run.inputs.T[: len(module.Inputs._fields)]), module.Outputs(*full.T)
             before = module.friction_in(mp, mu, mo)
-        columns = [before if v.name == "y" else self._signal(signals, run, v.name) for v in effect.inputs]
+        columns = [before if v.name == "y" else self._signal(signals, k, v.name) for v in effect.inputs]
         try:
             after = effect.simulate(p, run.time, np.column_stack(columns))[:, 0]
         except InputError:
@@ -256,9 +264,16 @@ class _Bench:
                 change[:, j] = column - full[:, j]
         return change
 
-    def _signal(self, signals: Coordinates, run: Any, name: str) -> FloatArray:
+    def _signal(self, signals: Coordinates, k: int, name: str) -> FloatArray:
+        run, inputs = self.problem.runs[k], [v.name for v in self.kernel.inputs]
         if name == "bend":
-            return run.inputs[:, [v.name for v in self.kernel.inputs].index("Theta")]
+            return run.inputs[:, inputs.index("Theta")]
+        if name == "drive":
+            drive = getattr(kernel(self.kernel.name).module, "DRIVE", "")
+            if drive in inputs:
+                return run.inputs[:, inputs.index(drive)]
+            outputs = [v.name for v in self.kernel.outputs]
+            return self.full[k][:, outputs.index(drive)] if drive else np.zeros(run.time.size)
         value = getattr(signals, name)
         return np.zeros(run.time.size) if value is None else value
 

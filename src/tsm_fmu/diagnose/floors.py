@@ -12,26 +12,24 @@ SAME_MOTION = 0.02
 """Periods repeat if the input comes back within this part of its span."""
 
 
-def noise_floor(runs: Sequence[FitRun], motion: int) -> FloatArray:
-    """RMS noise of each channel.
-
-    From repeats where the motion is periodic: the spread between periods. Else from the part that changes
-    from sample to sample, which no motion explains; slow disturbances stay undetected then.
+def repeats_floor(runs: Sequence[FitRun], motion: int) -> FloatArray | None:
+    """RMS by which each channel does not repeat from period to period; None where no motion repeats.
 
     Parameters
     ----------
     runs : sequence of FitRun
     motion : int
         Column of the position or speed input.
-
-    Returns
-    -------
-    ndarray, shape (channels,)
     """
     squares = [_from_repeats(run, motion) for run in runs]
     found = [(s, run.time.size) for s, run in zip(squares, runs, strict=True) if s is not None]
-    if found:
-        return np.sqrt(sum(s * n for s, n in found) / sum(n for _, n in found))
+    if len(found) < len(runs):
+        return None
+    return np.sqrt(sum(s * n for s, n in found) / sum(n for _, n in found))
+
+
+def noise_floor(runs: Sequence[FitRun]) -> FloatArray:
+    """RMS of what changes from sample to sample, which no motion explains: a lower bound of the noise."""
     return np.sqrt(np.mean([_sample_to_sample(run.targets) for run in runs], axis=0))
 
 

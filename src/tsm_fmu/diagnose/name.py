@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..identify.problem import FitRun, FloatArray
 from ..models.contract import InputError
 from .candidates import Screened
-from .study import Fitted, refit
+from .study import Fitted, refit, rms
 
 REFITTED = 6
 """Candidates of the linear step that are refitted."""
+PLACES_EACH = 2
+"""Places of one effect among these."""
+EVIDENCE = 12.0
+"""Score that a name needs."""
+SAME = 0.1
+"""Candidates that close the gap within this of the best cannot be told from it by this log."""
+NUISANCE = ("presliding_shape", "offset_drift", "delay", "sensor_lag", "quantisation", "smooth_backlash")
+"""What a baseline may have a little of without anything missing: shape after reversal, bias, latency, encoder steps."""
+SMALL = 0.025
+"""A nuisance effect is named if what it removes is more than this part of the channel's spread."""
 
 
 @dataclass(frozen=True)
@@ -30,81 +40,123 @@ class Named:
         cost of its parameters, less the gain on reference runs.
     closure_measured, closure_holdout : float or None
         Share of the removable gap that it closes.
-    holdout_gain : float or None
-        Twice the log likelihood gained on held-out runs.
+    removed : float
+        RMS of what it explains, as part of the channel's spread, largest over the channels.
     """
 
     spec: str
     fitted: Fitted
     score: float
-    closure_measured: float | None = None
-    closure_holdout: float | None = None
-    holdout_gain: float | None = None
+    closure_measured: float | None
+    closure_holdout: float | None
+    removed: float
 
     @property
     def effect(self) -> str:
         return self.spec.partition("@")[0]
 
+    @property
+    def nuisance(self) -> bool:
+        """Whether it is no more than a baseline's freedom."""
+        return self.effect in NUISANCE and self.removed < SMALL
 
-def likelihood_gain(before: Fitted, after: Fitted) -> float:
-    """Twice the log likelihood gained, channel by channel, each with the samples its residual is worth."""
-    return float(np.sum(before.effective * np.log(before.rmse**2 / np.maximum(after.rmse**2, 1e-300))))
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Values of the effect's own parameters."""
+        name, _, channel = self.spec.partition("@")
+        prefix = f"{channel}.{name}." if channel else f"{name}."
+        return {n.removeprefix(prefix): v for n, v in self.fitted.values.items() if n.startswith(prefix)}
 
 
-def residual_gain(before: Sequence[FloatArray], after: Sequence[FloatArray], worth: FloatArray) -> float:
-    """The same for residuals of runs that were not fitted; ``worth`` is effective samples per sample, by channel."""
-    count = sum(r.shape[0] for r in before)
-    ratio = np.mean(np.concatenate(before) ** 2, axis=0) / np.mean(np.concatenate(after) ** 2, axis=0)
-    return float(np.sum(worth * count * np.log(ratio)))
+def likelihood_gain(before: Fitted, after: Fitted, counted: FloatArray) -> float:
+    """Twice the log likelihood gained in the channels that count, each with the samples its residual is worth."""
+    gain = before.effective * np.log(before.rmse**2 / np.maximum(after.rmse**2, 1e-300))
+    return float(np.sum(gain[counted]))
 
 
-def closure(before: FloatArray, after: FloatArray, floor: FloatArray) -> float | None:
+def closure(before: FloatArray, after: FloatArray, floor: FloatArray, counted: FloatArray) -> float | None:
     """Share of the removable mean square that is gone, over the channels that had any; None without a gap."""
     removable = before**2 - floor**2
-    open_ = removable > 0.05 * floor**2
+    open_ = counted & (removable > 0.02 * floor**2)
     if not open_.any():
         return None
-    weight = 1.0 / before[open_] ** 2
+    weight = 1.0 / floor[open_] ** 2
     return float(1.0 - np.sum(weight * (after[open_] ** 2 - floor[open_] ** 2)) / np.sum(weight * removable[open_]))
 
 
-def named(
+def shortlist(screened: Sequence[Screened]) -> list[Screened]:
+    """Best of the screened candidates, with no effect at more than a few places."""
+    taken: dict[str, int] = {}
+    found = []
+    for s in screened:
+        name = s.attached.module.NAME
+        if s.excited and s.gain > 0.0 and taken.get(name, 0) < PLACES_EACH:
+            taken[name] = taken.get(name, 0) + 1
+            found.append(s)
+    return found[:REFITTED]
+
+
+def name(
     base: Fitted, screened: Sequence[Screened], holdout: Sequence[FitRun], floor: FloatArray,
-    said: Callable[[str], None] = lambda _: None,
+    counted: FloatArray, reference_gain: Mapping[str, float], said: Callable[[str], None] = lambda _: None,
 ) -> list[Named]:  # fmt: skip
-    """Refit the best of the screened candidates; best score first."""
+    """Refit the best of the screened candidates; best score first.
+
+    Parameters
+    ----------
+    base : Fitted
+    screened : sequence of Screened
+        Best first.
+    holdout : sequence of FitRun
+    floor : ndarray, shape (channels,)
+    counted : ndarray of bool, shape (channels,)
+        Channels whose gap counts.
+    reference_gain : mapping of str to float
+        What each candidate gains on runs without any missing effect.
+    said : callable
+        Told what is being done.
+    """
     results = []
-    before_held = base.judged_on(holdout)
-    worth = base.effective / sum(r.shape[0] for r in base.residuals)
-    for s in [s for s in screened if s.excited][:REFITTED]:
+    held = rms(base.judged_on(holdout)) if holdout else None
+    own = base.table[:, [base.problem.fields.index(f) for f in base.problem.own]]
+    fixed = [v.name for v in base.problem.kernel.parameters if v.name not in base.free]
+    for s in shortlist(screened):
         said(f"refit with {s.attached.spec}")
         try:
             fitted = refit(
-                base.model,
-                [*base.effects, s.attached.spec],
-                base.problem.runs,
-                base.problem.channels,
-                values={**base.values, **s.values},
-                free=_free(base, s),
-                weights=base.problem.weights,
-            )
+                base.model, [*base.effects, s.attached.spec], base.problem.runs, base.problem.channels,
+                values={**base.values, **s.values}, fixed=fixed, weights=base.problem.weights, starts=own,
+            )  # fmt: skip
         except InputError:
-            continue
-        added = len(s.values)
-        score = likelihood_gain(base, fitted) - added * float(np.log(np.sum(base.effective)))
-        one = Named(s.attached.spec, fitted, score, closure(base.rmse, fitted.rmse, floor))
-        if holdout:
-            after = fitted.judged_on(holdout)
-            rms = [np.sqrt(np.mean(np.concatenate(r) ** 2, axis=0)) for r in (before_held, after)]
-            one = replace(
-                one,
-                closure_holdout=closure(rms[0], rms[1], floor),
-                holdout_gain=residual_gain(before_held, after, worth),
-            )
-        results.append(one)
+            continue  # the values of the linear step are not allowed in the chain
+        cost = len(s.values) * float(np.log(np.sum(base.effective)))
+        score = likelihood_gain(base, fitted, counted) - cost - reference_gain.get(s.attached.spec, 0.0)
+        removed = np.sqrt(np.maximum(base.rmse**2 - fitted.rmse**2, 0.0)) / np.maximum(base.spread, 1e-300)
+        held_after = closure(held, rms(fitted.judged_on(holdout)), floor, counted) if held is not None else None
+        measured = closure(base.rmse, fitted.rmse, floor, counted)
+        results.append(Named(s.attached.spec, fitted, score, measured, held_after, float(removed[counted].max())))
     return sorted(results, key=lambda r: -r.score)
 
 
-def _free(base: Fitted, s: Screened) -> list[str]:
-    names = {base.problem.declared[f].name for f in (*base.problem.shared, *base.problem.own)}
-    return [*names, *s.values, "motion.x_pre"]
+def confirmed(one: Named) -> bool:
+    """Whether a candidate has the evidence that a name takes, on the measured and on the held-out runs."""
+    return one.score > EVIDENCE and (one.closure_holdout is None or one.closure_holdout > 0.0)
+
+
+def rivals(results: Sequence[Named]) -> list[Named]:
+    """Candidates of another name that this log cannot tell from the best one."""
+    best = results[0]
+    found: list[Named] = []
+    for other in results[1:]:
+        if other.effect in {best.effect, *(f.effect for f in found)} or not confirmed(other) or other.nuisance:
+            continue
+        near = [
+            (a or 0.0) - (b or 0.0) < SAME
+            for a, b in (
+                (best.closure_measured, other.closure_measured),
+                (best.closure_holdout, other.closure_holdout),
+            )
+        ]
+        if all(near):
+            found.append(other)
+    return found
