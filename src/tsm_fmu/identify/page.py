@@ -87,8 +87,8 @@ def _parameter_tables(fit: Fit) -> list[Table]:
     rows = []
     for variable in fit.kernel.parameters:
         p = fit.parameters[variable.field]
-        free = p.stderr is not None and variable.field not in fit.at_bound
-        interval = f"{p.value - INTERVAL * p.stderr:.5g} to {p.value + INTERVAL * p.stderr:.5g}" if free else ""
+        half = None if variable.field in fit.at_bound or p.stderr is None else INTERVAL * p.stderr
+        interval = "" if half is None else f"{p.value - half:.5g} to {p.value + half:.5g}"
         remark = ", ".join(
             text
             for text, holds in {
