@@ -26,10 +26,12 @@ from ..identify.problem import FloatArray
 from ..kernel import Kernel, kernel
 from ..models.contract import InputError
 from .coordinates import Coordinates, coordinates_of
-from .study import Fitted
+from .study import Fitted, thinned
 
-SHAPES = 10
+SHAPES = 7
 """Shapes tried for an effect with shape parameters."""
+ROWS = 3000
+"""Samples of all runs together that the linear step looks at."""
 SIZE = 0.1
 """A hidden effect of this part of the channel's spread must be visible, or the log does not excite it."""
 VISIBLE = 16.0
@@ -131,12 +133,14 @@ class _Bench:
 
     def __init__(self, fitted: Fitted, floor: FloatArray, counted: FloatArray) -> None:
         self.counted = counted
-        self.fitted = fitted
+        effective, rmse = fitted.effective, fitted.rmse
+        fitted = fitted.at(thinned(fitted.problem.runs, ROWS, ROWS // 10))
+        self.fitted, self.effective = fitted, effective
         self.problem = fitted.problem
         self.kernel = self.problem.kernel
-        self.sigma = np.maximum(floor, 0.1 * fitted.rmse)
+        self.sigma = np.maximum(floor, 0.1 * rmse)
         self.spread = fitted.spread
-        self.share = np.sqrt(fitted.effective / sum(r.time.size for r in self.problem.runs))
+        self.share = np.sqrt(effective / sum(r.time.size for r in self.problem.runs))
         self.residual = self._flat(fitted.residuals)
         columns = jacobian(fitted, self.sigma / self.share)
         u, singular, _ = np.linalg.svd(columns, full_matrices=False)
@@ -195,7 +199,7 @@ class _Bench:
         count = self.sigma.size
         before = np.maximum(np.sum(self.left.reshape(-1, count) ** 2, axis=0), 1e-300)
         closed = np.maximum(np.sum(after.reshape(-1, count) ** 2, axis=0), 1e-6 * before)
-        return float(np.sum((self.fitted.effective * np.log(before / closed))[self.counted])), found
+        return float(np.sum((self.effective * np.log(before / closed))[self.counted])), found
 
     def _at_size(self, whole: FloatArray) -> float:
         """Twice the log likelihood of this response when it is `SIZE` of the channel's spread."""

@@ -20,18 +20,18 @@ from ..identify.uncertainty import autocorrelation_time
 from ..kernel import Kernel
 from ..models.contract import InputError
 
-ROWS = 12_000
+ROWS = 6_000
 """Samples of all measured runs together that the search works on; more are thinned evenly."""
-SHORTEST = 1_200
+SHORTEST = 800
 """Samples that a run keeps at least."""
-STEPS = 25
+STEPS = 14
 """Steps of one refit at most."""
 
 
-def thinned(runs: Sequence[FitRun], rows: int = ROWS) -> list[FitRun]:
+def thinned(runs: Sequence[FitRun], rows: int = ROWS, shortest: int = SHORTEST) -> list[FitRun]:
     """Runs with every m-th sample: kernels step exactly, so a longer step loses no accuracy of the model."""
     total = sum(run.time.size for run in runs)
-    return [_every(run, max(1, min(total // rows, run.time.size // SHORTEST))) for run in runs]
+    return [_every(run, max(1, min(total // rows, run.time.size // shortest))) for run in runs]
 
 
 def _every(run: FitRun, m: int) -> FitRun:
@@ -242,7 +242,7 @@ def descended(problem: Problem, start: FloatArray, steps: int = STEPS) -> FloatA
     try:
         found = least_squares(
             residual, coordinates.of(start), jac=jacobian, bounds=(coordinates.lo, coordinates.hi),  # pyright: ignore
-            x_scale="jac", ftol=1e-5, xtol=1e-6, gtol=1e-8, max_nfev=steps,
+            x_scale="jac", ftol=1e-4, xtol=1e-5, gtol=1e-8, max_nfev=steps,
         )  # fmt: skip
     except (ValueError, np.linalg.LinAlgError):
         return start

@@ -1,0 +1,95 @@
+"""``tsm-fmu diagnose``: where model and measurement disagree, and which effect is missing."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from ..models.contract import InputError
+from .app import app, print_json, settings
+from .model_argument import model_argument, number_settings
+from .runs import Cutoff, Holdout, Map, Measured, ReadOptions, Scale, Start, Stop, read_runs
+
+if TYPE_CHECKING:
+    from ..diagnose.workflow import Diagnosis
+
+
+@app.command("diagnose")
+def diagnose(
+    model: Annotated[str, typer.Argument(metavar="MODEL[:PRESET]|CARD", help="The model that disagrees.")],
+    measured: Measured,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for diagnosis.json, card, FMU and report.")],
+    reference: Annotated[
+        list[Path], typer.Option("--reference", metavar="RUN", help="Run without the missing effect; repeatable.")
+    ] = [],  # noqa: B006
+    holdout: Holdout = [],  # noqa: B006
+    set_: Annotated[list[str], typer.Option("--set", metavar="P=V", help="Parameter value [SI]; repeatable.")] = [],  # noqa: B006
+    seed: Annotated[int, typer.Option(min=0, help="Same seed, same result.")] = 0,
+    start: Start = None,
+    stop: Stop = None,
+    maps: Map = [],  # noqa: B006
+    scales: Scale = [],  # noqa: B006
+    cutoff: Cutoff = None,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+) -> None:
+    """Find the effect that a model misses; the answer may be that nothing is, or that the runs cannot tell."""
+    from ..diagnose.result import write_diagnosis
+    from ..diagnose.workflow import diagnose as find
+
+    chosen = model_argument(model)
+    if out.exists() and not out.is_dir():
+        raise InputError(f"--out {out} -- expected a folder, this is a file -- choose another name")
+    values = {n: p.value for n, p in chosen.card.parameters.items()} if chosen.card else {}
+    values |= number_settings(settings(set_))
+    chosen.kernel.params(chosen.preset or None, values)
+    fixed = [n for n, p in chosen.card.parameters.items() if p.fixed] if chosen.card else []
+    records = read_runs([*measured, *reference, *holdout], ReadOptions.of(start, stop, maps, scales))
+    split = len(measured) + len(reference)
+    used, calm, held = records[: len(measured)], records[len(measured) : split], records[split:]
+    console = Console(stderr=True)
+    status = console.status("diagnose") if sys.stderr.isatty() else None
+
+    def said(text: str) -> None:
+        if status is not None:
+            status.update(f"diagnose: {text}")
+
+    if status is not None:
+        status.start()
+    try:
+        found = find(
+            chosen.kernel, used, values=values, preset=chosen.preset or None, fixed=fixed, reference=calm, holdout=held,
+            cutoff=cutoff, seed=seed, said=said,
+        )  # fmt: skip
+        said("card, FMU, report")
+        data = write_diagnosis(out, found, used, held, preset=chosen.preset, reference=calm, seed=seed)
+    finally:
+        if status is not None:
+            status.stop()
+    if as_json:
+        print_json(data)
+    else:
+        _print(found, data)
+
+
+def _print(found: Diagnosis, data: dict[str, Any]) -> None:
+    from ..diagnose.report import answer
+    from ..diagnose.result import gaps
+
+    console = Console()
+    console.print(answer(found, gaps(found)))
+    if found.candidates:
+        table = Table("effect", "score", "closes, measured", "closes, held out")
+        for c in found.candidates:
+            closes = ["" if x is None else f"{x:.3f}" for x in (c.closure_measured, c.closure_holdout)]
+            table.add_row(c.spec, f"{c.score:.1f}", *closes)
+        console.print(table)
+    if found.not_excited:
+        console.print(f"These runs could not show: {', '.join(found.not_excited)}")
+    for note in found.notes:
+        console.print(f"Note: {note}.")
+    console.print(f"report {data['report']}", soft_wrap=True)
