@@ -22,7 +22,8 @@ from benchmarks.blind.table import lines, row  # noqa: E402
 
 def truth(stratum: str, *effects: str, hidden: int | None = None, tolerated: tuple[str, ...] = ()) -> dict[str, Any]:
     forms = ["form"] * (len(effects) if hidden is None else hidden)
-    return {"stratum": stratum, "effects": list(effects), "hidden": forms, "tolerated": list(tolerated)}
+    channels = {"response": {"x_out": 0.02, "F": 0.3}, "noise": {"x_out": 0.01, "F": 0.05}}
+    return {"stratum": stratum, "effects": list(effects), "hidden": forms, "tolerated": list(tolerated), **channels}
 
 
 def said(*named: str, verdict: str = "", sets: tuple[tuple[str, ...], ...] = (), **more: Any) -> dict[str, Any]:
@@ -71,7 +72,7 @@ def test_closures_and_margin_are_read() -> None:
         {"effect": "inertia", "score": 40.0, "gap_closure_holdout": 0.93},
         {"effect": "slack", "score": None, "gap_closure_holdout": None},
     ]
-    gap = {"F": {"closure": 0.91}, "x_out": {"closure": None}}
+    gap = {"F": {"closure": 0.91}, "x_out": {"closure": 0.2}}
     one = scored("case", truth("A", "inertia"), said("inertia", candidates=candidates, gap=gap))
     assert (one.closure, one.wrong_closure, one.confidence) == (0.91, 0.31, 32.5)
     listed = scored("case", truth("G", "creep"), said(not_excited=["slack", "creep"]))

@@ -44,10 +44,10 @@ def sampling(
     n: int, every: int, step: float, how: Instruments, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
     """True sampling times and the times in the log, from 0 on."""
-    even = np.arange(0, n, every) * step
+    even = np.arange(0, n, every, dtype=np.float64) * step
     shift = how.jitter * every * step * np.clip(rng.normal(0.0, 1.0, even.size), -2.5, 2.5)
     shift[0] = 0.0
-    true = np.clip(even + shift, 0.0, (n - 1) * step)
+    true = np.asarray(np.clip(even + shift, 0.0, (n - 1) * step), np.float64)
     return true, true if how.stamped else even
 
 

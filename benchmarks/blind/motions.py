@@ -46,7 +46,7 @@ def motion(kind: str, duration: float, step: float, pace: float, rng: np.random.
         Speed of the whole motion: 1 makes strokes of about 2 s.
     rng : numpy.random.Generator
     """
-    t = np.arange(round(duration / step) + 1) * step
+    t = np.arange(round(duration / step) + 1, dtype=np.float64) * step
     if kind == "sines":
         x = _sines(t, pace, rng)
     elif kind == "chirp":

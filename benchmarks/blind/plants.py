@@ -170,10 +170,10 @@ def draw_rig(model: str, rng: np.random.Generator, *, turns: float = 0.0, dip: b
         The load does not change.
     """
     forget = rng.uniform(0.05, 0.1)
-    motion = {"c": rng.uniform(0.9, 1.05), "forget": forget, "w": forget * rng.uniform(0.15, 0.4)}
+    c, w = rng.uniform(0.9, 1.05), forget * rng.uniform(0.15, 0.4)
     if model in ("TendonDrive", "PairedTsmBacklash"):
         stroke = 2.0 * np.pi * turns if turns else rng.uniform(1.0, 1.5)
-        rig = Rig(model, stroke, **motion)
+        rig = Rig(model, stroke, c=c, w=w, forget=forget)
         if model == "PairedTsmBacklash":
             return rig
         level = rng.uniform(0.06, 0.14)

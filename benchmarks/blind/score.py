@@ -43,7 +43,7 @@ class Scored:
     listed : bool
         All hidden effects are in the ``not_excited`` list.
     closure : float or None
-        Least over the channels, on held-out runs, as the diagnosis says.
+        On held-out runs as the diagnosis says, of the channel that shows most of what is hidden.
     wrong_closure : float or None
         On held-out runs, of the best candidate that is not hidden.
     wall_s : float
@@ -79,7 +79,8 @@ def scored(name: str, truth: Mapping[str, Any], answer: Mapping[str, Any]) -> Sc
     hidden = tuple(truth["effects"])
     if "failed" in answer:
         return Scored(name, truth["stratum"], "failed", hidden, (), 0.0, 0, 0, wall_s=answer.get("wall_s", 0.0))
-    given = dict.fromkeys(SAME.get(e, e) for e in answer["effects"])
+    effects: list[str] = answer["effects"]
+    given = dict.fromkeys(SAME.get(e, e) for e in effects)
     named = tuple(e for e in given if e in hidden or e not in truth["tolerated"])
     right = sum(e in hidden for e in named)
     wrong = len(named) - right
@@ -94,12 +95,12 @@ def scored(name: str, truth: Mapping[str, Any], answer: Mapping[str, Any]) -> Sc
     candidates = sorted(answer["candidates"], key=lambda c: -_number(c["score"]))
     scores = [_number(c["score"]) for c in candidates]
     losers = [c["gap_closure_holdout"] for c in candidates if SAME.get(c["effect"], c["effect"]) not in hidden]
-    closures = [gap["closure"] for gap in answer["gap"].values() if gap["closure"] is not None]
+    shown = max(truth["response"], key=lambda c: truth["response"][c] / truth["noise"][c])
     return Scored(
         name, truth["stratum"], answer["verdict"], hidden, named, points, right, wrong, bool(holding),
         scores[0] - scores[1] if len(scores) > 1 else (scores[0] if scores else 0.0),
         bool(hidden) and set(hidden) <= {SAME.get(e, e) for e in answer["not_excited"]},
-        min(closures) if closures else None,
+        answer["gap"].get(shown, {}).get("closure"),
         max((c for c in losers if c is not None), default=None),
         answer.get("wall_s", 0.0),
     )  # fmt: skip
