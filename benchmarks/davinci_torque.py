@@ -13,8 +13,11 @@ CHANNELS = ("tau_in",)
 CONSTANT = kernel("TendonDrive")
 LOADED = chain("TendonDrive", ("load_dependence",))
 COMPLETE = chain("TendonDrive", ("load_dependence", "offset_drift", "stiffness_hardening"))
-START = {"tau_c": 0.05, "tau_s": 0.06, "tau_v": 0.02}
-"""tau_v: one count of the spindle a sample is 44 deg/s, so the speed is averaged over more samples than by default."""
+SPEED_FILTER = {"tau_v": 0.02}
+"""One count of the spindle a sample is 44 deg/s: the speed is averaged over more samples than by default [s]."""
+CONSTANT_START = {**SPEED_FILTER, "tau_c": 0.05, "tau_s": 0.06}
+LOADED_START = {**SPEED_FILTER, "tau_c": 0.05, "tau_s": 0.01, "v_s": 0.005, "load_dependence.k": 0.3}
+"""Rest below sliding friction: with `fit`'s many starts both end in this basin, from tau_s > tau_c in a worse one."""
 LUGRE = ("ratio", "sigma0", "sigma1", "sigma2", "tau_c", "tau_s", "v_s")
 FREE: Mapping[str, tuple[str, ...]] = {
     "LuGre friction": LUGRE,
@@ -33,7 +36,7 @@ MODELS: Mapping[str, Kernel] = dict(zip(FREE, (CONSTANT, LOADED, COMPLETE), stri
 def fitted(what: str, logs: Logs, thin: int = THINNED) -> dict[str, float]:
     """Parameters of one of `MODELS`, fitted to the drive torque of all runs."""
     model = MODELS[what]
-    start = START if model is CONSTANT else {**START, "load_dependence.k": 0.3}
+    start = CONSTANT_START if model is CONSTANT else LOADED_START
     return refined(model, start, FREE[what], fit_runs(model, logs, CHANNELS, thin), CHANNELS)[0]
 
 
