@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from .models.contract import InputError
 
-__all__ = ["check_order", "check_samples", "window_of"]
+__all__ = ["check_order", "check_samples", "check_size", "window_of"]
 
 FloatArray = NDArray[np.float64]
+LARGEST = 1e100
+"""Largest size of a sample [SI]: no sensor gives more, and mean squares stay finite."""
 
 
 def window_of(where: str, time: FloatArray, start: float | None, stop: float | None) -> slice:
@@ -62,4 +64,16 @@ def check_samples(where: str, time: FloatArray, columns: Mapping[str, FloatArray
             raise InputError(
                 f"{where}: {text} cell in row {first_row + k}, column {name!r} (t = {time[k]:g} s), {bad.sum()} such "
                 "in this column -- expected finite numbers -- repair the log or cut it with --from and --to"
+            )
+
+
+def check_size(where: str, time: FloatArray, columns: Mapping[str, FloatArray], first_row: int) -> None:
+    """Raise `InputError` for the first sample too large for a sum of squares; results may hold such, a log not."""
+    for name, values in columns.items():
+        far = np.abs(values) > LARGEST
+        if far.any():
+            k = int(np.argmax(far))
+            raise InputError(
+                f"{where}: {values[k]:g} in row {first_row + k}, column {name!r} (t = {time[k]:g} s) -- expected "
+                f"a size up to {LARGEST:g}, squares overflow beyond -- correct the unit, the --scale or the row"
             )

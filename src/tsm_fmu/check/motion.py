@@ -80,8 +80,8 @@ def shortest_period(record: Record, name: str | None) -> float:
     if name is None:
         return 0.5 * span
     frequency, power = _spectrum(record, name)
-    share = np.cumsum(power) / max(float(power.sum()), 1e-300)
-    return 1.0 / max(float(frequency[int(np.searchsorted(share, 0.95))]), 1.0 / span)
+    below = np.cumsum(power)
+    return 1.0 / max(float(frequency[int(np.searchsorted(below, 0.95 * below[-1]))]), 1.0 / span)
 
 
 def motion_of(record: Record, name: str, derivatives: Derivatives) -> tuple[Motion, list[Finding]]:

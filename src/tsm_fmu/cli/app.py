@@ -54,15 +54,19 @@ def run(arguments: Sequence[str] | None = None) -> int:
         result = command.main(args=arguments, prog_name="tsm-fmu", standalone_mode=False)
     except InputError as wrong:
         return _say(str(wrong), 2)
-    except KeyboardInterrupt:
-        return _say("interrupted", 130)
+    except KeyboardInterrupt as stopped:
+        return _say(str(stopped) or "interrupted", 130)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except SystemExit as left:  # how rich leaves when the reader of the pipe has gone
+        if isinstance(left.__context__, BrokenPipeError):
+            return 0
+        raise
     except Exception as failure:
         parser_message = getattr(failure, "format_message", None)
         if parser_message is not None:
-            return _say(f"{parser_message()} -- see 'tsm-fmu --help'", 2)
+            return _say(_wrong_value(failure) or f"{parser_message()} -- see 'tsm-fmu --help'", 2)
         if type(failure).__name__ == "Abort":
             return _say("interrupted", 130)
         traceback.print_exc()
@@ -102,6 +106,18 @@ def _finite(value: Any) -> Any:
     if isinstance(value, np.generic):
         value = value.item()
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _wrong_value(failure: Exception) -> str:
+    """The parser's complaint about a value, with option and value; empty where it is about something else."""
+    details, parameter = getattr(failure.__cause__, "errors", None), getattr(failure, "param", None)
+    if details is None or parameter is None:
+        return ""
+    first = details()[0]
+    name = parameter.opts[0] if parameter.param_type_name == "option" else parameter.human_readable_name
+    expected = first["msg"].removeprefix("Input should be ").split(", unable")[0]
+    expected = expected.rpartition(" is not ")[2].rstrip(".")
+    return f"{name} {first['input']!r} -- expected {expected} -- correct it"
 
 
 def _say(message: str, code: int) -> int:

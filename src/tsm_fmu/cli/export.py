@@ -8,9 +8,9 @@ from typing import Annotated
 import typer
 
 from ..card import read_card
-from ..models.contract import InputError
 from .app import app, print_json
 from .build import Flavour, check_flavour
+from .outputs import check_output_file
 
 
 @app.command("export")
@@ -25,8 +25,7 @@ def export(
     from ..fmu.build import build_fmu
 
     check_flavour(flavour, fmi)
-    if out.suffix != ".fmu" or not out.parent.is_dir():
-        raise InputError(f"--out {out} -- expected a name that ends in .fmu, in a folder that exists -- change it")
+    check_output_file(out, (".fmu",))
     model = read_card(card)
     kernel = model.kernel()
     starts = {v.name: value for v, value in zip(kernel.parameters, model.params(), strict=True)}

@@ -17,6 +17,7 @@ from rich.table import Table
 from ..models.contract import InputError, Variable
 from .app import app, print_json, settings
 from .model_argument import model_argument, number_settings
+from .outputs import check_output_file
 from .runs import Cutoff, Holdout, Map, Measured, ReadOptions, Scale, Start, Stop, read_runs
 
 if TYPE_CHECKING:  # the library behind them takes a second to import: only this verb pays
@@ -70,9 +71,9 @@ def identify(
     kernel = extended.kernel
     values = number_settings(settings(set_))
     parameters = fit_parameters(kernel, chosen.preset or None, values, [*fix, *extended.fixed], chosen.card)
-    for option, path in (("--out", out), ("--report", report)):
-        if path is not None and not path.parent.is_dir():
-            raise InputError(f"{option} {path} -- expected a folder that exists -- create {path.parent} first")
+    check_output_file(out, (".toml",), [*measured, *holdout])
+    if report is not None:
+        check_output_file(report, (".html",), [*measured, *holdout], option="--report")
     if report is not None and report.suffix != ".html":
         raise InputError(f"--report {report} -- expected a name that ends in .html -- rename it")
     options = ReadOptions.of(start, stop, maps, scales)

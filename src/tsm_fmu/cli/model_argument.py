@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,12 +50,14 @@ def number_settings(pairs: dict[str, str], option: str = "--set") -> dict[str, f
     Raises
     ------
     InputError
-        If a value is not a number.
+        If a value is not a finite number.
     """
     found = {}
     for name, text in pairs.items():
         try:
             found[name] = float(text)
         except ValueError:
-            raise InputError(f"{option} {name}={text} -- expected a number -- for example {name}=0.5") from None
+            found[name] = math.nan
+        if not math.isfinite(found[name]):
+            raise InputError(f"{option} {name}={text} -- expected a finite number -- for example {name}=0.5")
     return found

@@ -60,9 +60,7 @@ def run(
         try:
             runs = run_cases(cases, record=record, progress=not as_json)
         except (SimulationStopped, SimulationInterrupted) as early:
-            kept = write_trajectory(out / "results.csv", early.trajectory)
-            typer.echo(f"{early.trajectory.time.size} rows kept in {kept}", err=True)
-            raise
+            raise early.kept(write_trajectory(out / "results.csv", early.trajectory)) from early
         rows = min(r.time.size for r in runs.values())
         decimation = max(1, rows // DECIMATED_ROWS) if len(runs) > 1 else 1
         results = write_trajectory(out / "results.csv", joined(runs, decimation))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -12,6 +13,7 @@ import typer
 
 from ..models.contract import InputError
 from ..record import Record, read_record
+from ..samples import check_size
 from .app import settings
 
 __all__ = [
@@ -29,9 +31,24 @@ Map = Annotated[list[str], typer.Option("--map", metavar="LOG=NAME", help="Renam
 Scale = Annotated[
     list[str], typer.Option("--scale", metavar="NAME=FACTOR", help="Multiply a column (-1 turns it); repeatable.")
 ]
+
+
+def _frequency(value: float | None) -> float | None:
+    if value is not None and not (math.isfinite(value) and value > 0.0):
+        raise InputError(
+            f"--cutoff {value:g} -- expected a frequency above 0 Hz -- leave it out to take it from the data"
+        )
+    return value
+
+
 Cutoff = Annotated[
     float | None,
-    typer.Option("--cutoff", metavar="HZ", help="Cut-off [Hz] where v and a are derived from x; else from the data."),
+    typer.Option(
+        "--cutoff",
+        metavar="HZ",
+        callback=_frequency,
+        help="Cut-off [Hz] where v and a are derived from x; else from the data.",
+    ),
 ]
 
 
@@ -63,7 +80,7 @@ class ReadOptions:
                 raise InputError(f"--scale {name}={text} -- expected a number -- for example {name}=-1") from None
         renames = settings(maps, "--map")
         for log, name in renames.items():
-            if not name:
+            if not name.strip():
                 raise InputError(f"--map {log}= -- expected a name after '=' -- for example {log}=x_in")
         return cls(start, stop, renames, factors)
 
@@ -81,12 +98,15 @@ def read_runs(paths: Sequence[Path], options: ReadOptions | None = None) -> list
     for path, times in Counter(p.resolve() for p in whole).items():
         if times > 1:
             raise InputError(f"run {path} is given {times} times -- expected each run once -- remove the repetition")
-    return [
+    records = [
         read_record(
             path, renames=options.renames, scales=options.scales, start=options.start, stop=options.stop, name=name
         )
         for path, name in zip(paths, _names(whole), strict=True)
     ]
+    for record in records:
+        check_size(str(record.source), record.time, record.columns, record.first_row)
+    return records
 
 
 def _names(paths: Sequence[Path]) -> list[str]:

@@ -8,7 +8,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 from rich.console import Console
 from rich.table import Table
@@ -17,7 +16,8 @@ from ..kernel import Kernel
 from ..models.contract import InputError
 from ..record import Record, kernel_inputs
 from .app import app, print_json, settings
-from .model_argument import model_argument
+from .model_argument import model_argument, number_settings
+from .outputs import check_output_file
 from .runs import Cutoff, Input, Map, ReadOptions, Scale, Start, Stop, read_runs
 
 
@@ -38,6 +38,7 @@ def simulate(
     from ..cosim.replay import agreement, replay
     from ..cosim.trajectory import SimulationInterrupted, SimulationStopped, Trajectory, write_trajectory
 
+    check_output_file(out, (".csv", ".csv.gz", ".parquet"), [measured], make_folder=True)
     (record,) = read_runs([measured], ReadOptions.of(start, stop, maps, scales))
     settled = settings(values)
     begun = time.perf_counter()
@@ -45,19 +46,17 @@ def simulate(
         try:
             result = replay(Path(what), record, parameters=settled, cutoff=cutoff)
         except (SimulationStopped, SimulationInterrupted) as early:
-            kept = write_trajectory(out, early.trajectory)
-            typer.echo(f"{early.trajectory.time.size} rows kept in {kept}", err=True)
-            raise
+            raise early.kept(write_trajectory(out, early.trajectory)) from early
     else:
         model, p = _model(what, record, settled)
         inputs = kernel_inputs(record, model, cutoff)
-        for note in inputs.notes:
-            typer.echo(note, err=True)
         y = model.simulate(p, record.time, inputs.values)
         columns = {v.name: y[:, k] for k, v in enumerate(model.outputs)}
+        for note in inputs.notes:
+            typer.echo(note, err=True)
         result = Trajectory(record.time, columns, {v.name: v.quantity.unit for v in model.outputs})
     wall = time.perf_counter() - begun
-    channels = agreement(result.time, result.columns, record)
+    channels = agreement(result.time, result.columns, record, result.units)
     write_trajectory(out, result)
     for line in result.messages:
         typer.echo(line, err=True)
@@ -82,21 +81,9 @@ def _model(what: str, record: Record, values: Mapping[str, str]) -> tuple[Kernel
             f"{what!r} -- expected a file that ends in .fmu or .toml, or MODEL[:PRESET][+EFFECT...] -- correct the name"
         )
     chosen = model_argument(what)
-    model, settled = chosen.kernel, _numbers(values)
+    model, settled = chosen.kernel, number_settings(dict(values))
     if chosen.card is None:
         return model, model.params(chosen.preset or None, settled)
     shared = chosen.card.params(record.name if record.name in chosen.card.per_run else None)
     fitted = {v.name: x for v, x in zip(model.parameters, shared, strict=True)}
     return model, model.params(values={**fitted, **settled})
-
-
-def _numbers(values: Mapping[str, str]) -> dict[str, float]:
-    found: dict[str, float] = {}
-    for name, text in values.items():
-        try:
-            found[name] = float(text)
-        except ValueError:
-            found[name] = np.nan
-        if not np.isfinite(found[name]):
-            raise InputError(f"--set {name}={text} -- expected a finite number")
-    return found

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from ..models.contract import InputError
 from .app import app, print_json
 
 
@@ -14,7 +15,7 @@ from .app import app, print_json
 def validate(
     fmus: Annotated[list[Path], typer.Argument(metavar="FMU ...", help="FMU files.")],
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
-) -> int:
+) -> None:
     """Check FMU files; exit code 2 when one has a problem."""
     from ..fmu.validate import tools, validate_fmu  # heavy: FMPy
 
@@ -27,4 +28,7 @@ def validate(
             for line in found:
                 typer.echo(f"  {line}")
         typer.echo(f"checked by {', '.join(tools())}")
-    return 2 if any(problems.values()) else 0
+    if bad := [fmu for fmu, found in problems.items() if found]:
+        raise InputError(
+            f"{len(bad)} of {len(fmus)} FMU files with a problem ({', '.join(bad)}) -- expected none -- see the list"
+        )

@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import math
+import os
 import sys
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -108,6 +109,7 @@ class FmuInstance:
             "unzipDirectory": str(directory),
             "instanceName": name,
         }
+        here = os.getcwd()
         try:
             if self._fmi3:
                 self._fmu: Any = fmpy.fmi3.FMU3Slave(**arguments)
@@ -117,6 +119,7 @@ class FmuInstance:
                 self._fmu.instantiate(callbacks=_callbacks(), loggingOn=True)
         except Exception as failure:
             _log.pop(name, None)
+            os.chdir(here)  # FMPy stays in the library's folder where loading fails, and that folder is removed
             hint = (
                 "the FMU needs its own tool" if description.model.coSimulation.needsExecutionTool else "build it again"
             )

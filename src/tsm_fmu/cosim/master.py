@@ -24,6 +24,8 @@ from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 from .unpack import unpacked
 
 METHODS = ("gauss-seidel", "jacobi")
+MOST_STEPS = 1e8
+"""More rows than this fit into no memory that such a run has."""
 
 Transfer = tuple[Any, int, Any, int, float, float]
 """Target buffer and index, source buffer and index, gain, offset."""
@@ -106,6 +108,11 @@ def simulate_system(
 def _steps(start: float, stop: float, step: float) -> int:
     if not (math.isfinite(start) and math.isfinite(stop) and math.isfinite(step) and step > 0.0 and stop > start):
         raise InputError(f"start {start!r}, stop {stop!r}, step {step!r} s -- expected start < stop and step > 0")
+    if not (stop - start) / step <= MOST_STEPS:
+        raise InputError(
+            f"stop {stop!r} s with step {step!r} s from {start!r} s -- expected at most {MOST_STEPS:.0e} steps "
+            "-- choose a longer step"
+        )
     steps = round((stop - start) / step)
     if steps < 1 or abs(steps * step - (stop - start)) > 1e-6 * step:
         raise InputError(

@@ -97,20 +97,26 @@ def replay(
             raise SimulationStopped(str(failure), _in_si(recorder.trajectory(str(failure)))) from failure
 
 
-def agreement(time: FloatArray, columns: Mapping[str, FloatArray], record: Record) -> dict[str, scores.Agreement]:
+def agreement(
+    time: FloatArray, columns: Mapping[str, FloatArray], record: Record, units: Mapping[str, str] | None = None
+) -> dict[str, scores.Agreement]:
     """Compare simulated channels with those of the same name in the record, row by row.
+
+    With ``units`` of the columns, each must measure what the record's channel does; 1 passes, an FMU need not
+    declare a unit.
 
     Raises
     ------
     InputError
-        If the rows differ in number.
+        If the rows differ in number, or a measured channel is in a unit of something else.
     """
     if time.size != record.time.size:
         raise InputError(f"{time.size} simulated rows for {record.time.size} of {record.name} -- expected as many")
     found = {}
     for name, simulated in columns.items():
         if name in record.columns:
-            measured = record.columns[name]
+            unit = units[name] if units else "1"
+            measured = record.columns[name] if unit == "1" else record.require(name, unit)
             found[name] = scores.agreement(record.units[name], [measured], [simulated - measured])
     return found
 

@@ -46,13 +46,21 @@ class SimulationStopped(InputError):
         super().__init__(message)
         self.trajectory = trajectory
 
+    def kept(self, path: Path) -> SimulationStopped:
+        """The same, saying where the rows are."""
+        return SimulationStopped(f"{self}; {self.trajectory.time.size} rows kept in {path}", self.trajectory)
+
 
 class SimulationInterrupted(KeyboardInterrupt):
     """Ctrl-C during a co-simulation; `trajectory` has the rows until then."""
 
-    def __init__(self, trajectory: Trajectory) -> None:
-        super().__init__("interrupted")
+    def __init__(self, trajectory: Trajectory, message: str = "interrupted") -> None:
+        super().__init__(message)
         self.trajectory = trajectory
+
+    def kept(self, path: Path) -> SimulationInterrupted:
+        """The same, saying where the rows are."""
+        return SimulationInterrupted(self.trajectory, f"{self}; {self.trajectory.time.size} rows kept in {path}")
 
 
 def write_trajectory(path: Path, trajectory: Trajectory) -> Path:

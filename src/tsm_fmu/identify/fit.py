@@ -14,6 +14,7 @@ from ..kernel import Kernel
 from ..models.contract import InputError
 from .findings import conditions_met, fields_on_bound, findings
 from .genetic import search_paper
+from .informative import check_informative
 from .problem import FitRun, FloatArray, Problem
 from .residuals import ResidualTests, noise_floor, residual_tests
 from .scores import Agreement, agreement
@@ -143,6 +144,7 @@ def fit(
     problem = Problem(kernel, list(runs), tuple(channels), parameters, tuple(per_run))
     if weights is not None:
         problem = problem.reweighted(np.array([1.0 / weights[channel] for channel in channels]))
+    check_informative(problem)
     for k, row in enumerate(problem.start()):
         if not np.isfinite(problem.outputs(k, row)).all():
             raise InputError(

@@ -26,6 +26,7 @@ Bounded for any step; error below 1e-7 max(1, |zeta0|) whatever the step (test).
 import math
 
 _NEAR = 0.03
+_MOST_PARTS = 100_000
 _RESOLUTION = 0.0625
 
 
@@ -59,7 +60,11 @@ def _advanced(y: float, q: float, unload: float, n: float) -> float:
     if n == 1.0:
         return _advanced_linear(y, q, unload)
     near = _NEAR / max(1.0, unload)
+    parts = 0
     while q > 0.0:
+        parts += 1
+        if parts > _MOST_PARTS:
+            raise ValueError("Bouc-Wen step of more than 100000 parts -- expected sigma and n near 1 -- lower them")
         if abs(1.0 - y) < 1e-8:
             return 1.0 + (y - 1.0) * math.exp(-n * q)
         distance = abs(y)
