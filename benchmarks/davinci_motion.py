@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -108,7 +108,9 @@ def table(logs: Logs, divisions: Sequence[Split]) -> Iterator[str]:
         yield _stretched_row(row, s.name, s.fitted, s.held_out)
 
 
-def _stretched_row(row, what: str, fitted: Logs, held_out: Logs | None) -> str:
+def _stretched_row(
+    row: Callable[[str, float, float | None], str], what: str, fitted: Logs, held_out: Logs | None
+) -> str:
     values = stretched(fitted)
     judged = None if held_out is None else float(rmse(STRETCHED, values, held_out, CHANNELS)[0])
     return row(

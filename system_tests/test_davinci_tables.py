@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from benchmarks import davinci, davinci_estimator, davinci_motion, davinci_torque
 from benchmarks.davinci_data import Log, Split, data_folder, read_logs, rmse, splits
@@ -68,8 +71,9 @@ def test_one_loop_for_all_runs(split: Split) -> None:
 @with_data
 def test_friction_that_grows_with_the_load_halves_the_torque_error(split: Split) -> None:
     constant, *_, best = davinci_torque.MODELS
+    some = dict(list(split.fitted.items())[::3])
     errors = {
-        what: davinci_torque.error(what, davinci_torque.fitted(what, split.fitted, THIN), split.held_out)
+        what: davinci_torque.error(what, davinci_torque.fitted(what, some, THIN), split.held_out)
         for what in (constant, best)
     }
     assert errors[best] < 0.5 * errors[constant]
