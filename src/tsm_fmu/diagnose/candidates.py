@@ -22,7 +22,7 @@ from scipy.stats import qmc
 from ..chain import attach
 from ..chain_source import Attached
 from ..effects import EFFECTS
-from ..identify.problem import FloatArray
+from ..identify.problem import BoolArray, FloatArray
 from ..kernel import Kernel, kernel
 from ..models.contract import InputError
 from .coordinates import Coordinates, coordinates_of
@@ -36,6 +36,10 @@ SIZE = 0.1
 """A hidden effect of this part of the channel's spread must be visible, or the log does not excite it."""
 VISIBLE = 16.0
 """Twice the log likelihood that an effect of that size must gain to count as visible."""
+
+
+BEGIN = 0.05
+"""Part of the size found by the linear step at which a joint refit begins."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,12 @@ class Screened:
     gain: float
     visible: float
     values: dict[str, float]
+
+    @property
+    def start(self) -> dict[str, float]:
+        """Start of a joint refit: the best shape, the size near nothing, so that it begins at the baseline's gap."""
+        sizes = {_public(self.attached, n) for n in sizes_of(self.attached.module)}
+        return {n: v * (BEGIN if n in sizes else 1.0) for n, v in self.values.items()}
 
     @property
     def excited(self) -> bool:
@@ -89,7 +99,7 @@ def possible(model: str, channels: Sequence[str], attached: Sequence[str], input
 
 
 def screen(
-    fitted: Fitted, candidates: Sequence[Attached], floor: FloatArray, counted: FloatArray,
+    fitted: Fitted, candidates: Sequence[Attached], floor: FloatArray, counted: BoolArray,
     said: Callable[[str], None] = lambda _: None,
 ) -> list[Screened]:  # fmt: skip
     """Rank candidates by one linear step from a fitted baseline.
@@ -131,7 +141,7 @@ def places_of(fitted: Fitted) -> list[Coordinates]:
 class _Bench:
     """The linearised baseline, on which candidates are tried."""
 
-    def __init__(self, fitted: Fitted, floor: FloatArray, counted: FloatArray) -> None:
+    def __init__(self, fitted: Fitted, floor: FloatArray, counted: BoolArray) -> None:
         self.counted = counted
         effective, rmse = fitted.effective, fitted.rmse
         fitted = fitted.at(thinned(fitted.problem.runs, ROWS, ROWS // 10))

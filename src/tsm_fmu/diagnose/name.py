@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..identify.problem import FitRun, FloatArray
+from ..identify.problem import BoolArray, FitRun, FloatArray
 from ..models.contract import InputError
 from .candidates import Screened
 from .study import Fitted, refit, rms
 
-REFITTED = 6
+REFITTED = 5
 """Candidates of the linear step that are refitted."""
 PLACES_EACH = 2
 """Places of one effect among these."""
@@ -68,13 +68,13 @@ class Named:
         return {n.removeprefix(prefix): v for n, v in self.fitted.values.items() if n.startswith(prefix)}
 
 
-def likelihood_gain(before: Fitted, after: Fitted, counted: FloatArray) -> float:
+def likelihood_gain(before: Fitted, after: Fitted, counted: BoolArray) -> float:
     """Twice the log likelihood gained in the channels that count, each with the samples its residual is worth."""
     gain = before.effective * np.log(before.rmse**2 / np.maximum(after.rmse**2, 1e-300))
     return float(np.sum(gain[counted]))
 
 
-def closure(before: FloatArray, after: FloatArray, floor: FloatArray, counted: FloatArray) -> float | None:
+def closure(before: FloatArray, after: FloatArray, floor: FloatArray, counted: BoolArray) -> float | None:
     """Share of the removable mean square that is gone, over the channels that had any; None without a gap."""
     removable = before**2 - floor**2
     open_ = counted & (removable > 0.02 * floor**2)
@@ -98,7 +98,7 @@ def shortlist(screened: Sequence[Screened]) -> list[Screened]:
 
 def name(
     base: Fitted, screened: Sequence[Screened], holdout: Sequence[FitRun], floor: FloatArray,
-    counted: FloatArray, reference_gain: Mapping[str, float], said: Callable[[str], None] = lambda _: None,
+    counted: BoolArray, reference_gain: Mapping[str, float], said: Callable[[str], None] = lambda _: None,
 ) -> list[Named]:  # fmt: skip
     """Refit the best of the screened candidates; best score first.
 
@@ -125,7 +125,7 @@ def name(
         try:
             fitted = refit(
                 base.model, [*base.effects, s.attached.spec], base.problem.runs, base.problem.channels,
-                values={**base.values, **s.values}, fixed=fixed, weights=base.problem.weights, starts=own,
+                values={**base.values, **s.start}, fixed=fixed, weights=base.problem.weights, starts=own,
             )  # fmt: skip
         except InputError:
             continue  # the values of the linear step are not allowed in the chain

@@ -50,9 +50,7 @@ def answer(found: Diagnosis, gap: Mapping[str, Gap]) -> str:
     if found.verdict == "not_excited":
         return f"No answer from these runs: {'; '.join(found.gate.refused) or 'no effect for it shows'}."
     tried = f" The nearest, {best.effect.replace('_', ' ')}, does not pass." if best else ""
-    return (
-        f"{where}Something is missing that no effect of the library explains well enough.{tried}{numbers}"
-    )
+    return f"{where}Something is missing that no effect of the library explains well enough.{tried}{numbers}"
 
 
 def write_diagnosis_report(

@@ -24,7 +24,7 @@ ROWS = 6_000
 """Samples of all measured runs together that the search works on; more are thinned evenly."""
 SHORTEST = 800
 """Samples that a run keeps at least."""
-STEPS = 14
+STEPS = 25
 """Steps of one refit at most."""
 
 
@@ -242,7 +242,7 @@ def descended(problem: Problem, start: FloatArray, steps: int = STEPS) -> FloatA
     try:
         found = least_squares(
             residual, coordinates.of(start), jac=jacobian, bounds=(coordinates.lo, coordinates.hi),  # pyright: ignore
-            x_scale="jac", ftol=1e-4, xtol=1e-5, gtol=1e-8, max_nfev=steps,
+            x_scale="jac", ftol=1e-6, xtol=1e-7, gtol=1e-8, max_nfev=steps,
         )  # fmt: skip
     except (ValueError, np.linalg.LinAlgError):
         return start

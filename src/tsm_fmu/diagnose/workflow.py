@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from ..effects import EFFECTS
-from ..identify.problem import FitRun, FloatArray
+from ..identify.problem import BoolArray, FitRun, FloatArray
 from ..identify.specification import fit_run, measured_channels
 from ..kernel import Kernel, kernel
 from ..record import Record
 from .candidates import Screened, places_of, possible, screen
-from .floors import noise_floor, repeats_floor
+from .floors import repeats_floor, white_floor
 from .gate import Gate, gate
 from .locate import Place, locate
 from .name import EVIDENCE, Named, closure, confirmed, likelihood_gain, name, rivals
@@ -141,13 +141,12 @@ class _Work:
 
     def on(self, passed: Gate, runs: list[FitRun], references: list[FitRun], held: list[FitRun]) -> Diagnosis:
         few, few_held = thinned(runs), thinned(held) if held else []
-        motion = self._motion_column()
         self.said("model as given")
         given = as_given(self.model.name, self.effects, few, self.channels, self.values, self.preset)
         self.said("refit of the baseline")
         base = self._baseline(few, given)
         share = predictable_share(base.residuals, places_of(base))
-        repeats = repeats_floor(runs, motion)
+        repeats = repeats_floor(runs)
         floor = self._floor(base, share, repeats, runs)
         reference_floor, reference_gain, calm = None, {}, None
         if references:
@@ -199,16 +198,16 @@ class _Work:
         unpredicted = base.rmse * np.sqrt(np.clip(1.0 - share, 0.0, 1.0))
         if repeats is not None:
             return np.maximum(np.minimum(repeats, base.rmse), 1e-9 * base.spread)
-        return np.clip(unpredicted, np.minimum(noise_floor(runs), base.rmse), base.rmse)
+        return np.clip(unpredicted, np.minimum(white_floor(runs), base.rmse), base.rmse)
 
-    def _open(self, base: Fitted, floor: FloatArray, share: FloatArray, repeats: FloatArray | None) -> FloatArray:
+    def _open(self, base: Fitted, floor: FloatArray, share: FloatArray, repeats: FloatArray | None) -> BoolArray:
         """Channels with a gap that is above the floor, large enough to matter, and a law."""
         gap = np.sqrt(np.maximum(base.rmse**2 - floor**2, 0.0))
         lawful = (share > STRUCTURE) | ((gap > base.rmse * 0.7) if repeats is not None else False)
         return (gap > MATERIAL * base.spread) & lawful
 
     def _named(
-        self, base: Fitted, screened: list[Screened], held: list[FitRun], floor: FloatArray, counted: FloatArray,
+        self, base: Fitted, screened: list[Screened], held: list[FitRun], floor: FloatArray, counted: BoolArray,
         reference_gain: dict[str, float],
     ) -> _Found:  # fmt: skip
         current, added, first = base, [], []
@@ -232,7 +231,7 @@ class _Work:
                 break
         return _Found(current, added, first, (), None)
 
-    def _answer(self, result: Diagnosis, found: _Found, floor: FloatArray, counted: FloatArray) -> Diagnosis:
+    def _answer(self, result: Diagnosis, found: _Found, floor: FloatArray, counted: BoolArray) -> Diagnosis:
         base = result.baseline
         assert base is not None
         result = replace(result, candidates=tuple(found.candidates), final=found.current)
@@ -251,7 +250,7 @@ class _Work:
                 return replace(result, verdict="named", effects=tuple(a.spec for a in kept))
         return replace(result, verdict="unknown", final=base)
 
-    def _needed(self, final: Fitted, one: Named, counted: FloatArray) -> bool:
+    def _needed(self, final: Fitted, one: Named, counted: BoolArray) -> bool:
         """Whether the model is worse without an effect that was added, after a refit."""
         others = [e for e in final.effects if e != one.spec]
         if len(others) == len(self.effects):
@@ -288,11 +287,6 @@ class _Work:
             if value - p.min < near or p.max - value < near:
                 notes.append(f"the refit stopped at a bound of {base.problem.declared[field_].name} ({value:g})")
         return tuple(notes)
-
-    def _motion_column(self) -> int:
-        names = [v.name for v in self.model.inputs]
-        channel = motion_channel(self.model)
-        return names.index(channel) if channel in names else 0
 
 
 @dataclass(frozen=True)
