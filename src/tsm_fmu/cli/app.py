@@ -59,9 +59,11 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except SystemExit as left:  # how rich leaves when the reader of the pipe has gone
+    except SystemExit as left:  # how rich leaves when the reader of the pipe has gone, and typer at Ctrl-C
         if isinstance(left.__context__, BrokenPipeError):
             return 0
+        if left.code == 130:
+            return _say(str(left.__context__ or "") or "interrupted", 130)
         raise
     except Exception as failure:
         parser_message = getattr(failure, "format_message", None)
