@@ -73,6 +73,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
             return _say("interrupted", 130)
         traceback.print_exc()
         return _say(f"internal error: {failure!r} -- a defect of ours, please report it with the lines above", 1)
+    if result == 130:  # typer turns Ctrl-C into this code, without a word
+        return _say("interrupted -- the rows until then are kept as *.incomplete.* in a co-simulation", 130)
     return result if isinstance(result, int) else 0
 
 
