@@ -25,11 +25,14 @@ class Ratio(NamedTuple):
     def verdict(self) -> str:
         if self.ratio <= self.limit:
             return "ok"
-        return f"OVER: {self.reason}, {self.ours_us - self.reference_us:.0f} us" if self.reason else "OVER"
+        if not self.reason:
+            return "OVER"
+        more = self.ours_us - self.reference_us
+        return f"OVER: {self.reason}" + (f", {more:.0f} us" if more > 0.0 else "")
 
 
 def compare(
-    what: str, ours: Callable[[], None], reference: Callable[[], None], calls: int, limit: float, rounds: int = 41
+    what: str, ours: Callable[[], object], reference: Callable[[], object], calls: int, limit: float, rounds: int = 41
 ) -> Ratio:
     """Compare two codes that each do ``calls`` calls, by turns.
 
