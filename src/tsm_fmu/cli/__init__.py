@@ -1,5 +1,10 @@
 """Command line: one verb, one file. ``tsm-fmu`` and ``python -m tsm_fmu`` start here."""
 
+import os
+
+os.environ["OPENBLAS_NUM_THREADS"] = os.environ.get("OPENBLAS_NUM_THREADS", "1")
+# Before numpy is loaded: the matrices of a fit are small, and BLAS threads that wait for each other cost several fits.
+
 from . import build, check, demo, diagnose, export, identify, list_models, reproduce, run, simulate, validate
 from .app import app, main
 
