@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import subprocess
 import sys
+import time
 import zipfile
 from pathlib import Path
 
@@ -208,3 +210,22 @@ def test_a_reader_that_goes_away_is_no_error():
     list_it.stdout.close()
     assert "Traceback" not in list_it.stderr.read()
     assert list_it.wait() == 0
+
+
+def test_ctrl_c_in_a_run_keeps_the_rows_and_says_where(tmp_path):
+    """A real process and a real signal: one line on stderr, exit code 130, rows that parse."""
+    command = [sys.executable, "-m", "tsm_fmu", "run", "mssp_feedforward", "--case", "periodic.law_1", "--stop", "2000"]
+    started = subprocess.Popen(
+        [*command, "--out", str(tmp_path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    deadline = time.monotonic() + 60.0
+    while not (tmp_path / "fmus" / "Sum.fmu").is_file() and time.monotonic() < deadline:
+        time.sleep(0.2)
+    time.sleep(3.0)  # into the simulation
+    started.send_signal(signal.SIGINT)
+    out, err = started.communicate(timeout=60)
+    assert started.returncode == 130
+    assert out == ""
+    assert re.fullmatch(r"tsm-fmu: interrupted; \d+ rows kept in \S+results\.incomplete\.csv\n", err)
+    kept = (tmp_path / "results.incomplete.csv").read_text(encoding="utf-8").splitlines()
+    assert len(kept) > 10

@@ -50,32 +50,31 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code instead of leaving the process."""
     command = typer.main.get_command(app)
+    given = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        result = command.main(args=arguments, prog_name="tsm-fmu", standalone_mode=False)
+        # not command.main(), which turns Ctrl-C into a code without the words that came with it
+        with command.make_context("tsm-fmu", given) as context:
+            command.invoke(context)
     except InputError as wrong:
         return _say(str(wrong), 2)
     except KeyboardInterrupt as stopped:
         return _say(str(stopped) or "interrupted", 130)
+    except typer.Exit as done:
+        return done.exit_code
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except SystemExit as left:  # how rich leaves when the reader of the pipe has gone, and typer at Ctrl-C
+    except SystemExit as left:  # how rich leaves when the reader of the pipe has gone
         if isinstance(left.__context__, BrokenPipeError):
             return 0
-        if left.code == 130:
-            return _say(str(left.__context__ or "") or "interrupted", 130)
         raise
     except Exception as failure:
         parser_message = getattr(failure, "format_message", None)
         if parser_message is not None:
             return _say(_wrong_value(failure) or f"{parser_message()} -- see 'tsm-fmu --help'", 2)
-        if type(failure).__name__ == "Abort":
-            return _say("interrupted", 130)
         traceback.print_exc()
         return _say(f"internal error: {failure!r} -- a defect of ours, please report it with the lines above", 1)
-    if result == 130:  # typer turns Ctrl-C into this code, without a word
-        return _say("interrupted -- the rows until then are kept as *.incomplete.* in a co-simulation", 130)
-    return result if isinstance(result, int) else 0
+    return 0
 
 
 def print_json(value: Mapping[str, Any]) -> None:
