@@ -35,7 +35,8 @@ def lugre_run(seed: int, noise: float = 0.003, extra: float = 0.0) -> FitRun:
     rng = np.random.default_rng(seed)
     t = np.arange(3000) * DT
     v = sum(
-        a * np.sin(2 * np.pi * f * t + p) for a, f, p in zip((1.1, 0.6, 0.3), (0.13, 0.37, 0.83), rng.random(3) * 6)
+        a * np.sin(2 * np.pi * f * t + p)
+        for a, f, p in zip((1.1, 0.6, 0.3), (0.13, 0.37, 0.83), rng.random(3) * 6, strict=True)
     )
     x = np.cumsum(v) * DT
     force = 0.7 * np.tanh(v / 0.02) + 0.11 * v + extra * np.cos(5.3 * x) + coloured(t.size, noise, rng)
@@ -161,5 +162,5 @@ def test_gate_refuses_a_drive_that_stands_still() -> None:
 def test_a_short_held_out_run_is_refused() -> None:
     found = as_given("LuGreFriction", (), [lugre_run(12)], ["F"], VALUES)
     short = FitRun("short", *(a[:100] for a in (lugre_run(13).time, lugre_run(13).inputs, lugre_run(13).targets)))
-    with pytest.raises(InputError, match="held-out run short of 0.99 s -- expected more than the 2 s"):
+    with pytest.raises(InputError, match=r"held-out run short of 0.99 s -- expected more than the 2 s"):
         found.judged_on([short])

@@ -38,8 +38,9 @@ VISIBLE = 16.0
 """Twice the log likelihood that an effect of that size must gain to count as visible."""
 
 
-BEGIN = 0.05
-"""Part of the size found by the linear step at which a joint refit begins."""
+OF_A_TURN = ("drum_periodic", "winding_crossover")
+TURN = 3.0
+"""Travel [rad] below which harmonics of an angle are any smooth function of the position."""
 
 
 @dataclass(frozen=True)
@@ -56,22 +57,19 @@ class Screened:
         Twice the log likelihood that an effect of `SIZE` would gain on these runs.
     values : dict of str to float
         Parameters of the effect at the best shape, by public name of the chain.
+    travelled : bool
+        Whether the motion goes far enough for an effect that is tied to turns.
     """
 
     attached: Attached
     gain: float
     visible: float
     values: dict[str, float]
-
-    @property
-    def start(self) -> dict[str, float]:
-        """Start of a joint refit: the best shape, the size near nothing, so that it begins at the baseline's gap."""
-        sizes = {_public(self.attached, n) for n in sizes_of(self.attached.module)}
-        return {n: v * (BEGIN if n in sizes else 1.0) for n, v in self.values.items()}
+    travelled: bool = True
 
     @property
     def excited(self) -> bool:
-        return self.visible >= VISIBLE
+        return self.visible >= VISIBLE and self.travelled
 
 
 def possible(model: str, channels: Sequence[str], attached: Sequence[str], inputs: Sequence[str]) -> list[Attached]:
@@ -190,7 +188,9 @@ class _Bench:
                 values = {**shape, **{n: a * h for n, a, h in zip(sizes, amounts, steps, strict=True)}}
                 best = (gain, values)
         values = {_public(attached, n): v for n, v in best[1].items()}
-        return Screened(attached, best[0], visible, values)
+        span = max(float(np.ptp(c.x)) for c in self.signals)
+        travelled = attached.module.NAME not in OF_A_TURN or span > TURN
+        return Screened(attached, best[0], visible, values, travelled)
 
     def _explained(self, effect: Kernel, sizes: Sequence[str], outside: FloatArray) -> tuple[float, FloatArray]:
         scale = np.linalg.norm(outside, axis=0)

@@ -125,7 +125,7 @@ def name(
         try:
             fitted = refit(
                 base.model, [*base.effects, s.attached.spec], base.problem.runs, base.problem.channels,
-                values={**base.values, **s.start}, fixed=fixed, weights=base.problem.weights, starts=own,
+                values={**base.values, **s.values}, fixed=fixed, weights=base.problem.weights, starts=own,
             )  # fmt: skip
         except InputError:
             continue  # the values of the linear step are not allowed in the chain
@@ -148,6 +148,8 @@ def rivals(results: Sequence[Named]) -> list[Named]:
     best = results[0]
     found: list[Named] = []
     for other in results[1:]:
+        if _reduces(other, best):
+            continue
         if other.effect in {best.effect, *(f.effect for f in found)} or not confirmed(other) or other.nuisance:
             continue
         near = [
@@ -160,3 +162,10 @@ def rivals(results: Sequence[Named]) -> list[Named]:
         if all(near):
             found.append(other)
     return found
+
+
+def _reduces(other: Named, best: Named) -> bool:
+    """Whether a wider law has shrunk to the best one: drive_direction without its drive part is load_dependence."""
+    if (best.effect, other.effect) != ("load_dependence", "drive_direction"):
+        return False
+    return abs(other.parameters["k_m"]) < 0.2 * abs(other.parameters["k_e"])

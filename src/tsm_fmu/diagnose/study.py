@@ -217,7 +217,7 @@ def descended(problem: Problem, start: FloatArray, steps: int = STEPS) -> FloatA
     """Bounded least squares from a start, all free parameters searched; never worse than the start."""
     if not problem.shared and not problem.own:
         return start
-    scales = sensitivity_scales(problem.starting_at(start))
+    scales = _scales(problem, start)
     coordinates = Coordinates(problem, problem.shared, problem.own, scales, start)
 
     def residual(q: FloatArray) -> FloatArray:
@@ -248,6 +248,17 @@ def descended(problem: Problem, start: FloatArray, steps: int = STEPS) -> FloatA
         return start
     table = coordinates.table(found.x)
     return table if cost(problem, table) <= cost(problem, start) else start
+
+
+def _scales(problem: Problem, start: FloatArray) -> dict[str, float]:
+    """Sensitivity scales; not beyond ten times the value of a positive parameter, where a slope means nothing."""
+    scales = sensitivity_scales(problem.starting_at(start))
+    for field, scale in scales.items():
+        declared = problem.declared[field]
+        size = 10.0 * max(abs(float(start[0, problem.fields.index(field)])), abs(declared.start))
+        if declared.quantity.lo == 0.0 and size > 0.0:
+            scales[field] = min(scale, size)
+    return scales
 
 
 def _together(coordinates: Coordinates) -> list[list[int]]:

@@ -24,10 +24,12 @@ from .study import Fitted, as_given, motion_channel, refit, rms, thinned
 MOST_EFFECTS = 3
 STRUCTURE = 0.08
 """Share of a residual that must be predictable to call it a law and not noise."""
-MATERIAL = 0.01
+MATERIAL = 0.015
 """A gap below this part of a channel's spread is within the form of any friction model, not a missing effect."""
 EXPLAINED = 0.7
 """Share of the removable gap that named effects must close together; less, and the answer is unknown."""
+ALIKE = {"thermal": ("wear",), "wear": ("thermal",)}
+"""Effects that only a repeat after a rest tells apart, which this workflow does not look for yet: always a set."""
 WORTH = 0.15
 """Share of the remaining gap that one more effect must close."""
 
@@ -220,9 +222,9 @@ class _Work:
             first = first or results
             if not results or not confirmed(results[0]) or (results[0].closure_measured or 0.0) < WORTH:
                 break
-            same = rivals(results)
-            if same:
-                ids = (results[0].effect, *(r.effect for r in same))
+            ids = (results[0].effect, *(r.effect for r in rivals(results)))
+            ids += tuple(e for e in ALIKE.get(ids[0], ()) if e not in ids)
+            if len(ids) > 1:
                 return _Found(current, added, first, ids, results[0])
             added.append(results[0])
             current = results[0].fitted
@@ -234,7 +236,8 @@ class _Work:
     def _answer(self, result: Diagnosis, found: _Found, floor: FloatArray, counted: BoolArray) -> Diagnosis:
         base = result.baseline
         assert base is not None
-        result = replace(result, candidates=tuple(found.candidates), final=found.current)
+        reached = np.minimum(floor, found.current.rmse)  # the floor cannot be above what was reached
+        result = replace(result, candidates=tuple(found.candidates), final=found.current, floor=reached)
         kept = [a for a in found.added if not a.nuisance]
         closed = closure(base.rmse, found.current.rmse, floor, counted) or 0.0
         if found.equivalent and found.best is not None:
