@@ -75,11 +75,11 @@ def menu(fitted: Fitted) -> list[tuple[str, FloatArray, FloatArray]]:
     fastest = float(np.quantile(np.abs(np.concatenate([p.v for p in places])), 0.99)) or 1.0
     top = fastest / (2.0 * np.pi * half)  # frequency at which a full sine reaches that speed
     t = np.arange(0.0, LENGTH, STEP)
-    ramp = sawtooth(2.0 * np.pi * 0.5 * top * t, 0.5)
+    ramp = sawtooth(2.0 * np.pi * 0.5 * top * t, 0.5)  # pyright: ignore[reportArgumentType]
     shapes = {
         "one full stroke, sine at the highest speed": np.sin(2.0 * np.pi * top * t),
         "one full stroke, sine at a tenth of the highest speed": np.sin(2.0 * np.pi * 0.1 * top * t),
-        "sweep from a tenth of the highest speed to it": chirp(t, 0.1 * top, t[-1], top, phi=-90.0),
+        "sweep from a tenth of the highest speed to it": chirp(t, 0.1 * top, t[-1], top, phi=-90),
         "half strokes about both ends": 0.5 * np.sin(2.0 * np.pi * top * t) + 0.5 * np.sign(np.sin(0.2 * np.pi * t)),
         "strokes of growing size, nested reversals": (t / t[-1]) * np.sin(2.0 * np.pi * top * t),
         "slide, hold for growing times, slide": _slide_and_hold(t, ramp),

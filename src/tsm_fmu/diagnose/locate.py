@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..identify.problem import FloatArray
 from .coordinates import Coordinates
@@ -117,7 +118,7 @@ def _axes(
     return found
 
 
-def _bins(values: FloatArray) -> FloatArray | None:
+def _bins(values: FloatArray) -> NDArray[np.int_] | None:
     edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, BINS + 1)))
     if edges.size < 3:
         levels = np.unique(values)
@@ -125,13 +126,15 @@ def _bins(values: FloatArray) -> FloatArray | None:
     return np.clip(np.searchsorted(edges, values, side="right") - 1, 0, edges.size - 2)
 
 
-def _explained(residual: FloatArray, number: FloatArray) -> float:
+def _explained(residual: FloatArray, number: NDArray[np.int_]) -> float:
     count = np.bincount(number)
     sums = np.bincount(number, residual)
     return float(np.sum(sums**2 / np.maximum(count, 1)) / max(float(np.sum(residual**2)), 1e-300))
 
 
-def _densest(residual: FloatArray, values: FloatArray, number: FloatArray) -> tuple[tuple[float, float], float, float]:
+def _densest(
+    residual: FloatArray, values: FloatArray, number: NDArray[np.int_]
+) -> tuple[tuple[float, float], float, float]:
     """The window of bins that holds most of the residual beyond its share of samples."""
     energy = np.bincount(number, residual**2) / max(float(np.sum(residual**2)), 1e-300)
     share = np.bincount(number) / number.size

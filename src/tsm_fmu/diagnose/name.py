@@ -135,7 +135,25 @@ def name(
         held_after = closure(held, rms(fitted.judged_on(holdout)), floor, counted) if held is not None else None
         measured = closure(base.rmse, fitted.rmse, floor, counted)
         results.append(Named(s.attached.spec, fitted, score, measured, held_after, float(removed[counted].max())))
-    return sorted(results, key=lambda r: -r.score)
+    return arbitrated(sorted(results, key=lambda r: -r.score))
+
+
+def arbitrated(results: list[Named]) -> list[Named]:
+    """The same with held-out runs as arbiter: of candidates that fit alike, the one that clearly predicts better leads.
+
+    Parameters
+    ----------
+    results : list of Named
+        Best score first.
+    """
+    lead = results[0] if results else None
+    for other in results[1:]:
+        if lead is None or lead.closure_holdout is None or other.closure_holdout is None or not confirmed(other):
+            continue
+        alike = (lead.closure_measured or 0.0) - (other.closure_measured or 0.0) < SAME
+        if alike and other.closure_holdout > lead.closure_holdout + SAME:
+            lead = other
+    return [lead, *(r for r in results if r is not lead)] if lead is not None else results
 
 
 def confirmed(one: Named) -> bool:

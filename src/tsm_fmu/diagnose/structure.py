@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from ..identify.problem import FloatArray
@@ -98,7 +99,7 @@ def named_features(c: Coordinates, all_runs: Sequence[Coordinates]) -> dict[str,
     return found
 
 
-def _folds(sizes: Sequence[int]) -> FloatArray:
+def _folds(sizes: Sequence[int]) -> NDArray[np.int_]:
     if len(sizes) >= 3:
         return np.repeat(np.arange(len(sizes)) % MOST_FOLDS, sizes)
     return np.concatenate([(np.arange(n) * BLOCKS // n) + 10 * k for k, n in enumerate(sizes)])
