@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from benchmarks import davinci, davinci_estimator, davinci_motion, davinci_torque
 from benchmarks.davinci_data import Log, Split, data_folder, read_logs, rmse, splits

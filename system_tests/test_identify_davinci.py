@@ -90,7 +90,10 @@ def test_card_names_the_records_by_their_hash(identified: tuple[Path, dict]) -> 
         (["PairedTsm", "--measured", log(0)], "model 'PairedTsm' -- expected one of"),
         (["PairedTsmBacklash:best", "--measured", log(0)], "preset 'best' of PairedTsmBacklash -- expected one of"),
         (["PairedTsmBacklash", "--measured", "none.csv"], "none.csv"),
-        (["PairedTsmBacklash", "--measured", log(0), "--set", "alpha=fast"], "--set alpha=fast -- expected a finite number"),
+        (
+            ["PairedTsmBacklash", "--measured", log(0), "--set", "alpha=fast"],
+            "--set alpha=fast -- expected a finite number",
+        ),
         (["PairedTsmBacklash", "--measured", log(0), "--set", "alpha=-3"], "parameter alpha = -3.0 1/rad"),
         (["PairedTsmBacklash", "--measured", log(0), "--set", "gain=1"], "parameter 'gain' of PairedTsmBacklash"),
         (["PairedTsmBacklash", "--measured", log(0), "--fix", "gain"], "--fix gain of PairedTsmBacklash"),

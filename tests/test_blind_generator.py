@@ -14,20 +14,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT))
+from benchmarks.blind.catalogue import GATE, STRATA, Case, catalogue, gate, selected
+from benchmarks.blind.generate import answer, effects_of, make, unmodelled, write
+from benchmarks.blind.hidden import FORMS, rms
+from benchmarks.blind.instruments import Instruments, coloured
+from benchmarks.blind.motions import KINDS, motion
+from benchmarks.blind.operators import maxwell_slip
+from benchmarks.blind.outside import OUTSIDE
+from benchmarks.blind.plants import MODELS, channels, draw_rig, signals
+from tsm_fmu.effects import EFFECTS
+from tsm_fmu.kernel import kernel
+from tsm_fmu.record import read_record
 
-from benchmarks.blind.catalogue import GATE, STRATA, Case, catalogue, gate, selected  # noqa: E402
-from benchmarks.blind.generate import answer, effects_of, make, unmodelled, write  # noqa: E402
-from benchmarks.blind.hidden import FORMS, rms  # noqa: E402
-from benchmarks.blind.instruments import Instruments, coloured  # noqa: E402
-from benchmarks.blind.motions import KINDS, motion  # noqa: E402
-from benchmarks.blind.operators import maxwell_slip  # noqa: E402
-from benchmarks.blind.outside import OUTSIDE  # noqa: E402
-from benchmarks.blind.plants import MODELS, channels, draw_rig, signals  # noqa: E402
-from tsm_fmu.effects import EFFECTS  # noqa: E402
-from tsm_fmu.kernel import kernel  # noqa: E402
-from tsm_fmu.record import read_record  # noqa: E402
+ROOT = Path(__file__).parents[1]
 
 BLIND = ROOT / "benchmarks" / "blind"
 PERFECT = Instruments(noise=0.0, encoder=0.0)

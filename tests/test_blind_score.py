@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT))
+from benchmarks.blind.catalogue import selected
+from benchmarks.blind.generate import write
+from benchmarks.blind.judge import arguments, diagnosed
+from benchmarks.blind.score import Scored, confusion, rates, risk_coverage, scored, wilson
+from benchmarks.blind.table import lines, row
 
-from benchmarks.blind.catalogue import selected  # noqa: E402
-from benchmarks.blind.generate import write  # noqa: E402
-from benchmarks.blind.judge import arguments, diagnosed  # noqa: E402
-from benchmarks.blind.score import Scored, confusion, rates, risk_coverage, scored, wilson  # noqa: E402
-from benchmarks.blind.table import lines, row  # noqa: E402
+ROOT = Path(__file__).parents[1]
 
 
 def truth(stratum: str, *effects: str, hidden: int | None = None, tolerated: tuple[str, ...] = ()) -> dict[str, Any]:

@@ -28,6 +28,7 @@ def quantisation_step(values: NDArray[np.float64]) -> float:
         return 0.0
     smallest = float(np.quantile(gaps, 0.02))
     step = float(np.mean(gaps[(gaps >= 0.5 * smallest) & (gaps <= 1.5 * smallest)]))
+    start, number = 0.0, np.zeros(levels.size)
     for _ in range(3):
         number = np.cumsum(np.concatenate(([0.0], np.rint(np.diff(levels) / step))))
         if number[-1] < 3.0:

@@ -2,11 +2,10 @@
 
 import itertools
 import math
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from lebus_finite_elements import Chain
 
 from tsm_fmu.kernel import kernel
 from tsm_fmu.models import lebus_transmission
@@ -14,9 +13,6 @@ from tsm_fmu.models.capstan import CAPACITY, stretched
 from tsm_fmu.models.lebus_loop import stretch_a, stretch_b
 from tsm_fmu.models.lebus_rig import rig
 from tsm_fmu.models.lebus_state import loop_of
-
-sys.path.insert(0, str(Path(__file__).parent))
-from lebus_finite_elements import Chain
 
 K = kernel("LebusTransmission")
 R = 0.0125

@@ -256,26 +256,22 @@ class _Bench:
     def _change(self, attached: Attached, effect: Kernel, p: Any, k: int) -> FloatArray:
         """Change of all outputs of a run by the effect."""
         run, signals, full = self.problem.runs[k], self.signals[k], self.full[k]
-        names = [v.name for v in self.kernel.outputs]
-        if attached.channel:
-            before = full[:, names.index(attached.channel)]
-        else:
-            module = kernel(self.kernel.name).module
-            mp = module.Params(*self.problem.params(self.fitted.table[k])[: len(module.Params._fields)])
-            mu, mo = module.Inputs(*run.inputs.T[: len(module.Inputs._fields)]), module.Outputs(*full.T)
-            before = module.friction_in(mp, mu, mo)
+        module = kernel(self.kernel.name).module
+        mp = module.Params(*self.problem.params(self.fitted.table[k])[: len(module.Params._fields)])
+        mu, mo = module.Inputs(*run.inputs.T[: len(module.Inputs._fields)]), module.Outputs(*full.T)
+        channel = [v.name for v in self.kernel.outputs].index(attached.channel) if attached.channel else None
+        before = module.friction_in(mp, mu, mo) if channel is None else full[:, channel]
         columns = [before if v.name == "y" else self._signal(signals, k, v.name) for v in effect.inputs]
         try:
             after = effect.simulate(p, run.time, np.column_stack(columns))[:, 0]
         except InputError:
             return np.full_like(full, np.nan)
         change = np.zeros_like(full)
-        if attached.channel:
-            change[:, names.index(attached.channel)] = after - before
-        else:
-            changed = module.with_friction(mp, mu, mo, after)
-            for j, column in enumerate(changed):
+        if channel is None:
+            for j, column in enumerate(module.with_friction(mp, mu, mo, after)):
                 change[:, j] = column - full[:, j]
+        else:
+            change[:, channel] = after - before
         return change
 
     def _signal(self, signals: Coordinates, k: int, name: str) -> FloatArray:
@@ -296,7 +292,7 @@ class _Bench:
         shapes = [v for v in effect.parameters if v.name not in sizes]
         if not shapes:
             return [{}]
-        draws = qmc.Halton(len(shapes), seed=7).random(SHAPES)
+        draws = qmc.Halton(len(shapes), rng=7).random(SHAPES)
         return [
             {v.name: self._drawn(v.name, v.quantity.unit, v.start, float(q)) for v, q in zip(shapes, row, strict=True)}
             for row in draws

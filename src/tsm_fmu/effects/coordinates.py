@@ -66,11 +66,11 @@ def motion_from_speed(m: Motion, v: float, a: float, x_pre: float, dt: float) ->
     return Motion(m.x + v * dt, v, a, held_sign(v, m.s), bristle_after(m.z, v / x_pre, dt, 1.0))  # (1), (2)
 
 
-def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+def start(p: MotionParams, u: Inputs) -> tuple[Motion, Motion]:
     m = Motion(u.x, 0.0, 0.0, 0.0, 0.0)
     return m, m
 
 
-def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
+def step(p: MotionParams, s: Motion, u: Inputs, dt: float) -> tuple[Motion, Motion]:
     m = motion_from_position(s, u.x, p.x_pre, p.tau_v, p.tau_a, dt)
     return m, m

@@ -15,7 +15,8 @@ Law 2 (ours) drives the observer by x_ff itself, which makes it the exact invers
 in closed form along each monotone segment of x_r (`coleman_hodgdon_inverse`): no iteration over time, any step.
 For B = c + beta < c/2 the plant moves backwards after a reversal and law 2 jumps over that part; `warnings` says so.
 
-Validity: 0 < B < c as for PairedTsmBacklash; x_0, x_h_0 as there. Step: x_ff from (23) after x_h has moved, so that no error accumulates in x_ff.
+Validity: 0 < B < c as for PairedTsmBacklash; x_0, x_h_0 as there.
+Step: x_ff from (23) after x_h has moved, so that no error accumulates in x_ff.
 """
 
 import math
