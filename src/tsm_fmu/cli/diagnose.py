@@ -37,7 +37,7 @@ def diagnose(
     cutoff: Cutoff = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
-    """Find the effect that a model misses; the answer may be that nothing is, or that the runs cannot tell."""
+    """Find the effect that a model misses; nothing, or "cannot tell", are answers too. Experimental, not calibrated."""
     from ..diagnose.result import write_diagnosis
     from ..diagnose.workflow import diagnose as find
 

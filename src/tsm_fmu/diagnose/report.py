@@ -38,7 +38,11 @@ def answer(found: Diagnosis, gap: Mapping[str, Gap]) -> str:
     best = found.candidates[0] if found.candidates else None
     if found.verdict == "named":
         names = " and ".join(e.replace("_", " ") for e in found.effects)
-        share = f" {100 * g.closure:.0f} % of the gap closes." if worst and (g := worst[1]).closure is not None else ""
+        share = (
+            f" {100 * g.closure:.0f} % of what a refit leaves closes."
+            if worst and (g := worst[1]).closure is not None
+            else ""
+        )
         return f"{where}What is missing: {names}.{share}{numbers}"
     if found.verdict == "ambiguous":
         names = " or ".join(e.replace("_", " ") for e in found.equivalent[0])
@@ -85,7 +89,10 @@ def _gaps(gap: Mapping[str, Gap]) -> Section | None:
          "" if g.closure_interval is None else "{:.2f} to {:.2f}".format(*g.closure_interval), g.fmu)
         for c, g in gap.items()
     ]  # fmt: skip
-    text = "RMSE. The floor is what the runs do not repeat or no coordinate predicts; closure is of what lies above it."
+    text = (
+        "RMSE. The floor is what the runs do not repeat or no coordinate predicts; closure is of what lies above it, "
+        "from the refit on where effects were added. Experimental: thresholds and scores are not calibrated yet."
+    )
     return Section("Gap", text, [Table(heading, rows)])
 
 

@@ -29,7 +29,11 @@ RESAMPLES = 500
 
 @dataclass(frozen=True)
 class Gap:
-    """RMSE of one channel in its unit; None where there is nothing to compare."""
+    """RMSE of one channel in its unit; None where there is nothing to compare.
+
+    ``closure`` counts from the refitted baseline where effects were added, else from the model as given; on held-out
+    runs if there are any.
+    """
 
     unit: str
     before: float
@@ -93,6 +97,7 @@ def write_diagnosis(
         "fmu": str(fmu) if fmu else None,
         "report": str(out / "report.html"),
         "next_experiment": str(experiment) if experiment else None,
+        "calibrated": False,  # the scores have not been calibrated on blind cases yet
         "notes": [*found.gate.refused, *found.notes, *found.gate.notes],
     }
     records = [*measured, *holdout, *reference]
@@ -108,7 +113,8 @@ def gaps(found: Diagnosis, replayed: FloatArray | None = None) -> dict[str, Gap]
         return {}
     before, refitted, after = (f.at(found.runs).residuals for f in (given, base, final))
     held = [rms(f.judged_on(found.holdout)) for f in (given, final)] if found.holdout else None
-    judged = [f.judged_on(found.holdout) for f in (given, final)] if found.holdout else [before, after]
+    start = base if found.effects else given  # what effects close is counted from the refit, which is not theirs
+    judged = [f.judged_on(found.holdout) if found.holdout else f.at(found.runs).residuals for f in (start, final)]
     units = {v.name: v.quantity.unit for v in final.problem.kernel.outputs}
     result = {}
     for c, channel in enumerate(found.channels):
