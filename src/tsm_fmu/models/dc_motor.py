@@ -126,8 +126,7 @@ def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
         else:
             g = direction * _transmitted(p, omega, i, direction * p.tau_c, u.tau_load)
             if e == 0.0:
-                # at once in the ordinary case
-                e = p.efficiency if g > 0.0 else _gear_factor(p, voltage, u.tau_load, omega, i, direction, g)
+                e = _gear_factor(p, voltage, u.tau_load, omega, i, direction, g)
             di, domega, ddi, ddomega, a_1, a_0 = _linear(p, voltage, u.tau_load, omega, i, direction, e)
             E, G = slope_response(a_1, a_0, left)
             to_rest, to_change = math.inf, math.inf
@@ -136,14 +135,12 @@ def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
                     direction * omega, direction * domega, direction * ddomega, a_1, a_0, left, E, G
                 )
             if p.efficiency < 1.0:
-                flow = direction if e < 1.0 else -direction
-                bn = p.b * p.gear_ratio
-                dg = flow * (p.J_load * (p.k_t * di - bn * domega))
-                ddg = flow * (p.J_load * (p.k_t * ddi - bn * ddomega))
-                to_change = first_fall_below_zero(flow * direction * g, dg, ddg, a_1, a_0, left, E, G)
-            t = left
-            if to_rest < left or to_change < left:
-                t = to_rest if to_rest < to_change else to_change
+                flow = 1.0 if e < 1.0 else -1.0
+                dg = direction * _transmitted(p, domega, di, 0.0, 0.0)
+                ddg = direction * _transmitted(p, ddomega, ddi, 0.0, 0.0)
+                to_change = first_fall_below_zero(flow * g, flow * dg, flow * ddg, a_1, a_0, left, E, G)
+            t = min(to_rest, to_change, left)
+            if t < left:
                 E, G = slope_response(a_1, a_0, t)
             apart = -(ddomega + a_1 * domega) / a_0  # omega - omega_inf
             phi += (omega - apart) * t + apart * (E + a_1 * G) + domega * G  # (5)
@@ -234,13 +231,12 @@ def _linear(
     p: Params, voltage: float, tau_load: float, omega: float, i: float, direction: float, e: float
 ) -> tuple[float, float, float, float, float, float]:
     """First derivatives of i and omega, their second ones, a_1 and a_0, while (1)-(3) are linear."""
-    R_a, L_a, k_t, k_e, J_rotor, b, _, n, _, J_load, _, _ = p  # a lookup each would double the cost
-    gain = e * n
-    inertia = J_load + gain * n * J_rotor
-    di = (voltage - R_a * i - k_e * n * omega) / L_a  # (1)
+    n = p.gear_ratio
+    inertia = p.J_load + e * n * n * p.J_rotor
+    di = (voltage - p.R_a * i - p.k_e * n * omega) / p.L_a  # (1)
     domega = _acceleration(p, tau_load, omega, i, direction, e)
-    ddi = -(R_a * di + k_e * n * domega) / L_a
-    ddomega = gain * (k_t * di - b * n * domega) / inertia
-    a_1 = R_a / L_a + gain * n * b / inertia  # (7)
-    a_0 = gain * n * (R_a * b + k_t * k_e) / (L_a * inertia)
+    ddi = -(p.R_a * di + p.k_e * n * domega) / p.L_a
+    ddomega = e * n * (p.k_t * di - p.b * n * domega) / inertia
+    a_1 = p.R_a / p.L_a + e * n * n * p.b / inertia  # (7)
+    a_0 = e * n * n * (p.R_a * p.b + p.k_t * p.k_e) / (p.L_a * inertia)
     return di, domega, ddi, ddomega, a_1, a_0

@@ -13,8 +13,6 @@ G = (1 - E' - a_1 E)/a_0. Stable systems only: a_0 > 0 and a_1 >= 0.
 
 import math
 
-CLOSE = 4.5e-16
-
 
 def slope_response(a_1: float, a_0: float, t: float) -> tuple[float, float]:
     """E(t) and its integral G(t), Eq (L3), without cancellation at small or large t.
@@ -89,7 +87,7 @@ def first_fall_below_zero(
     ``e_end`` and ``g_end`` are E and G at ``t_end``: a caller who asks for several h of one system has them already.
 
     h is monotone between its extrema, whose times are known in closed form, and the first falling stretch
-    reaches the lowest value of all; so one bracket holds the only crossing there can be. A value
+    reaches the lowest value of all; so the one bracket that can hold the crossing is bisected. A value
     below zero by rounding at t = 0 counts as zero while h rises.
     """
     # |E| <= t, and <= 1/a_1: its rate is below exp(-a_1 t) up to its maximum, and later maxima are lower
@@ -109,27 +107,13 @@ def first_fall_below_zero(
     lowest = h + dh * e_end + (ddh + a_1 * dh) * g_end if right == t_end else response(h, dh, ddh, a_1, a_0, right)
     if lowest >= 0.0:
         return math.inf
-    highest = response(h, dh, ddh, a_1, a_0, left)
-    if highest < 0.0:
+    if response(h, dh, ddh, a_1, a_0, left) < 0.0:
         return left
-    last, tried = 0, 0
     while True:
-        # false position (Illinois), never nearer to an end than two roundings: the bracket closes from both sides;
-        # a bisection every third time, for a value that hardly differs from zero at one end
-        tried += 1
-        drop = highest - lowest
-        t = left + (highest / drop if drop > 0.0 else 0.5) * (right - left)
-        t = min(max(t, left + CLOSE * right), right - CLOSE * right)
-        if tried % 3 == 0 or not left < t < right:
-            t = 0.5 * (left + right)
-            if t <= left or t >= right:
-                return right
-        value = response(h, dh, ddh, a_1, a_0, t)
-        if value < 0.0:
-            right, lowest = t, value
-            highest *= 0.5 if last < 0 else 1.0
-            last = -1
+        middle = 0.5 * (left + right)
+        if middle <= left or middle >= right:
+            return right
+        if response(h, dh, ddh, a_1, a_0, middle) < 0.0:
+            right = middle
         else:
-            left, highest = t, value
-            lowest *= 0.5 if last > 0 else 1.0
-            last = 1
+            left = middle
