@@ -6,18 +6,17 @@ Exit codes: 0 done, 2 wrong use or bad input (one line on stderr), 1 a defect of
 from __future__ import annotations
 
 import json
-import math
 import os
 import sys
 import traceback
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from .. import __version__
 from ..models.contract import InputError
+from ..plain_json import finite
 
 app = typer.Typer(
     name="tsm-fmu",
@@ -79,7 +78,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 def print_json(value: Mapping[str, Any]) -> None:
     """Write one JSON object on stdout; numbers that are not finite become null."""
-    typer.echo(json.dumps(_finite(value), indent=2))
+    typer.echo(json.dumps(finite(value), indent=2))
 
 
 def settings(pairs: Sequence[str], option: str = "--set") -> dict[str, str]:
@@ -99,16 +98,6 @@ def settings(pairs: Sequence[str], option: str = "--set") -> dict[str, str]:
             )
         found[name] = value
     return found
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(k): _finite(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(v) for v in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _wrong_value(failure: Exception) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from ..cosim.replay import replay
 from ..fmu.build import build_fmu
 from ..identify.problem import FloatArray
 from ..models.contract import InputError
+from ..plain_json import finite
 from ..record import Record
 from .experiment import Motion, next_experiment, write_experiment
 from .name import Named
@@ -102,7 +102,7 @@ def write_diagnosis(
     }
     records = [*measured, *holdout, *reference]
     write_diagnosis_report(out / "report.html", found, gap, _motion(found), {r.name: r.sha256 for r in records})
-    (out / "diagnosis.json").write_text(json.dumps(_finite(data), indent=2) + "\n", encoding="utf-8")
+    (out / "diagnosis.json").write_text(json.dumps(finite(data), indent=2) + "\n", encoding="utf-8")
     return data
 
 
@@ -226,13 +226,3 @@ def _interval(before: Sequence[FloatArray], after: Sequence[FloatArray], floor: 
     shares = 1.0 - left[gap > 0.0] / gap[gap > 0.0]
     low, high = np.quantile(shares, [0.05, 0.95])
     return float(low), float(high)
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {k: _finite(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(v) for v in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value
