@@ -242,7 +242,7 @@ def test_bare_motor_has_the_catalogue_speed_and_time_constant() -> None:
 positive = st.floats(-3.0, 3.0).map(lambda exponent: 10.0**exponent)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300, deadline=None, derandomize=True, database=None)
 @given(
     scale=st.tuples(positive, positive, positive, positive, positive),
     friction=st.tuples(st.sampled_from([0.0, 1e-4, 0.01, 3.0]), st.sampled_from([0.0, 1e-6, 1e-3])),
