@@ -57,6 +57,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (place / "back.csv").write_text("\n".join([*rows[:50], rows[20], *rows[50:]]))
     (place / "nan.csv").write_text("\n".join([*rows[:50], "0.485,nan,0.1", *rows[50:]]))
     (place / "file").write_text("x")
+    (place / "other_version.toml").write_text('format = 99\nmodel = "PairedTsmBacklash"\n')
     (place / "folder.fmu").mkdir()
     (place / "folder.toml").mkdir()
     (place / "junk.ssp").write_bytes(b"PK\x03\x04 not an archive")
@@ -123,6 +124,9 @@ CASES = [
     (f"{' '.join(FIT)} ok.csv --measured in_mm.csv", "in_mm.csv: channel 'x_in' in m"),
     (f"{' '.join(FIT)} ok.csv --holdout ok.csv", "is given 2 times -- expected each run once"),
     (f"{' '.join(FIT)} ok.csv --holdout short.csv", "held-out run short of 0.89 s -- expected more than the 2 s"),
+    ("check folder.toml", "folder.toml: Is a directory -- expected a readable file"),
+    ("check truncated.fmu", "is not UTF-8 -- expected UTF-8 text"),
+    ("check ok.csv --frm 3", "No such option: --frm"),
     # where results go
     (f"simulate {MODEL} --input ok.csv --out ok.csv", "--out ok.csv is a measured run"),
     (f"simulate {MODEL} --input ok.csv --out s.txt", "--out s.txt -- expected a name that ends in .csv"),
@@ -141,6 +145,16 @@ CASES = [
     (f"simulate {MODEL}+creep+creep --input ok.csv --out s.csv", "expected each effect once a place"),
     ("reproduce --paper nope2020 --out r", "paper 'nope2020' -- expected one of iftomm2013"),
     ("run nope --out r", "'nope' -- expected one of mssp_feedforward"),
+    ("run mssp_feedfoward --out r", "'mssp_feedfoward' -- expected one of mssp_feedforward"),
+    (
+        "identify other_version.toml --measured ok.csv --out c.toml",
+        "other_version.toml: format = 99 -- expected format 1",
+    ),
+    ("simulate other_version.toml --input ok.csv --out s.csv", "other_version.toml: format = 99 -- expected format 1"),
+    (f"identify {MODEL}+nope --measured ok.csv --out c.toml", "effect 'nope' -- expected one of coulomb"),
+    (f"diagnose {MODEL} --measured nan.csv --out d", "NaN or empty cell in row 51, column 'x_in'"),
+    (f"diagnose {MODEL} --measured ok.csv --out file", "--out file -- expected a folder"),
+    ("validate", "Missing argument 'FMU ...' -- expected what the help lists -- see 'tsm-fmu validate --help'"),
     ("run junk.ssp --out r", "junk.ssp"),
     ("export folder.toml --out a.fmu", "card folder.toml -- expected a readable file (Is a directory)"),
     ("export ok.csv --out a.fmu", "card ok.csv: Expected '=' after a key"),
@@ -162,6 +176,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(folder, monkeypatch, capsys, l
     assert message in said.err
     assert said.err.count("\n") == 1
     assert said.err.startswith("tsm-fmu: ")
+    assert said.err.count(" -- ") >= 2  # what -- expected -- what to do
     assert said.out == ""
     assert Path.cwd() == folder  # a library that cannot be loaded must not move the process
     after = {p: p.read_bytes() for p in folder.glob("*.csv") if not p.name.endswith(".incomplete.csv")}

@@ -109,7 +109,8 @@ class ModelCard:
         values = {name: parameter.value for name, parameter in self.parameters.items()}
         if run is not None:
             if run not in self.per_run:
-                raise InputError(f"run {run!r} -- expected one of {', '.join(self.per_run) or '(none)'} of the card")
+                known = ", ".join(self.per_run) or "(none)"
+                raise InputError(f"run {run!r} -- expected one of {known} of the card -- correct the name or fit it")
             values.update(self.per_run[run])
         return self.kernel().params(self.preset or None, values)
 

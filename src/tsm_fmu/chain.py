@@ -23,6 +23,7 @@ import linecache
 from functools import cache
 from types import ModuleType
 
+from . import compiled_cache, models
 from .chain_source import Attached, Writer
 from .effects import EFFECTS
 from .effects.coordinates import Motion
@@ -57,13 +58,20 @@ def chain(model: str, effects: tuple[str, ...]) -> Kernel:
     if len({a.spec for a in attached}) < len(attached):
         raise InputError(f"effects {', '.join(effects)} of {model} -- expected each effect once a place -- drop one")
     source = Writer(base, attached).text()
-    module = ModuleType(f"tsm_fmu.models.chain_{hashlib.sha256(source.encode()).hexdigest()[:12]}")
-    module.__package__ = "tsm_fmu.models"
-    module.__file__ = f"<chain {model} + {' + '.join(effects)}>"
-    linecache.cache[module.__file__] = (len(source), None, source.splitlines(keepends=True), module.__file__)
-    exec(compile(source, module.__file__, "exec"), module.__dict__)  # noqa: S102  our own text, names from the registry
+    name = f"chain_{hashlib.sha256(source.encode()).hexdigest()[:12]}"
+    module = compiled_cache.module(models, name, source) or _module(name, source)
     module.__dict__["SOURCE_TEXT"] = source
     return Kernel(module)
+
+
+def _module(name: str, source: str) -> ModuleType:
+    """The module where it cannot be a file."""
+    module = ModuleType(f"{models.__name__}.{name}")
+    module.__package__ = models.__name__
+    module.__file__ = f"<{name}>"
+    linecache.cache[module.__file__] = (len(source), None, source.splitlines(keepends=True), module.__file__)
+    exec(compile(source, module.__file__, "exec"), module.__dict__)  # noqa: S102  our own text, names from the registry
+    return module
 
 
 def attach(base: Kernel, text: str) -> Attached:

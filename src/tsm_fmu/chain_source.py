@@ -95,9 +95,9 @@ class Writer:
     def _classes(self) -> list[str]:
         left_out = tuple(f for f in MotionParams._fields if not self._own_motion_parameter(f))
         motion_units = {"x": self._units(self.attached[0])["x"]}
-        inputs = 'joined("Inputs", Part("", model_Inputs, None, {}), Part("", Bend, None, {}))'
+        inputs = 'joined(__name__, "Inputs", Part("", model_Inputs, None, {}), Part("", Bend, None, {}))'
         lines = ["", f"Inputs = {inputs if 'bend' in self.needs else 'model_Inputs'}", "Outputs = model_Outputs"]
-        lines += ["Params = joined(", '    "Params",']
+        lines += ["Params = joined(", "    __name__,", '    "Params",']
         lines += ['    Part("", model_Params, model_Params(), {}),']
         if self.moves:
             lines += [f'    Part("motion__", MotionParams, MotionParams(), {motion_units!r}, {left_out!r}),']
@@ -105,7 +105,7 @@ class Writer:
             f'    Part("{a.prefix}", e{n}_Params, e{n}_NEUTRAL, {self._units(a)!r}),'
             for n, a in enumerate(self.attached)
         ]
-        lines += [")", "State = joined(", '    "State",', '    Part("", model_State, None, {}),']
+        lines += [")", "State = joined(", "    __name__,", '    "State",', '    Part("", model_State, None, {}),']
         if self.moves:
             lines += [f'    Part("motion__", Motion, None, {motion_units!r}),']
         lines += [f'    Part("{a.prefix}", e{n}_State, None, {self._units(a)!r}),' for n, a in enumerate(self.attached)]
@@ -118,7 +118,7 @@ class Writer:
         for number, a in enumerate(self.attached):
             if hasattr(a.module, "check"):
                 lines.append(f"    e{number}_check({self._effect_params(number, a)})")
-        lines += ["    return None"] if len(lines) == 3 else []
+        lines = [] if len(lines) == 3 else lines  # without a joint condition there is nothing to check
         if hasattr(self.module, "warnings"):
             lines += ["", "", "def warnings(p):", f"    return model_warnings({self._model_params()})"]
         return lines

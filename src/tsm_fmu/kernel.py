@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .compiled_cache import kept, written
 from .models import MODELS
 from .models.contract import InputError, Preset, Variable, check_bounds, variables
 
@@ -134,7 +136,7 @@ class Kernel:
             raise InputError(
                 f"inputs of shape {u.shape} at times of shape {t.shape} for {self.name} -- expected "
                 f"({t.size}, {len(self.inputs)}): one column for each of "
-                f"{', '.join(v.name for v in self.inputs) or 'no inputs'}"
+                f"{', '.join(v.name for v in self.inputs) or 'no inputs'} -- transpose or complete them"
             )
         if not np.isfinite(u).all():
             row, column = np.argwhere(~np.isfinite(u))[0]
@@ -145,8 +147,9 @@ class Kernel:
         if not np.isfinite(t).all():
             row = int(np.argmin(np.isfinite(t)))
             raise InputError(f"time {t[row]} s in row {row} -- expected a finite number -- cut or repair the log")
-        if not (np.diff(t) > 0).all():
-            row = int(np.argmax(~(np.diff(t) > 0))) + 1
+        later = t[1:] > t[:-1]
+        if not later.all():
+            row = int(np.argmin(later)) + 1
             raise InputError(
                 f"time {t[row]} s in row {row} -- expected more than {t[row - 1]} s -- sort or cut the log"
             )
@@ -155,7 +158,8 @@ class Kernel:
         try:
             run(p, t, u, y)
         except (ValueError, ArithmeticError) as failure:
-            raise InputError(f"{self.name} stopped: {failure}") from failure
+            advice = "" if " -- " in str(failure) else " -- expected finite numbers -- check parameters and inputs"
+            raise InputError(f"{self.name} stopped: {failure}{advice}") from failure
         return y
 
 
@@ -178,7 +182,10 @@ def compile_kernel(module: ModuleType) -> CompiledKernel:
 def _njit(function: Any) -> Any:
     from numba import njit  # heavy: only those who compile pay for the import
 
-    return njit(error_model="numpy", nogil=True)(function)
+    with kept(function.__module__) as cache_it:
+        return njit(error_model="numpy", nogil=True, cache=cache_it and os.path.isfile(function.__code__.co_filename))(
+            function
+        )
 
 
 @cache
@@ -206,8 +213,9 @@ def _runner(module: ModuleType, start: Any, step: Any) -> Any:
         f"        s, o = step(p, s, {row('k')}, t[k] - t[k - 1])\n"
         f"{store.format(indent='        ', k='k')}\n"
     )
-    names: dict[str, Any] = {"Inputs": module.Inputs, "start": start, "step": step}
-    exec(compile(source, f"<record loop of {module.NAME}>", "exec"), names)  # noqa: S102  our own text, no input in it
+    names: dict[str, Any] = {"__name__": module.__name__, "Inputs": module.Inputs, "start": start, "step": step}
+    file = written(f"loop_{module.__name__.rpartition('.')[2]}", source)
+    exec(compile(source, file, "exec"), names)  # noqa: S102  our own text, no input in it
     return names["run"]
 
 
@@ -218,7 +226,9 @@ def _number(variable: Variable, value: Any) -> float:
         number = math.nan
     if math.isnan(number) or (variable.kind is int and not number.is_integer()):
         kind = "an integer" if variable.kind is int else "a number"
-        raise InputError(f"parameter {variable.name} = {value!r} -- expected {kind} [{variable.quantity.unit}]")
+        raise InputError(
+            f"parameter {variable.name} = {value!r} -- expected {kind} [{variable.quantity.unit}] -- correct it"
+        )
     return variable.kind(number)
 
 

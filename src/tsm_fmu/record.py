@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -18,7 +18,7 @@ from .samples import check_order, check_samples, window_of
 from .table import FIRST_ROW, Column, read_table, write_table
 from .units import same_quantity, unit_to_si
 
-__all__ = ["KernelInputs", "Record", "kernel_inputs", "read_record", "write_record"]
+__all__ = ["KernelInputs", "Record", "cutoff_note", "kernel_inputs", "read_record", "write_record"]
 
 FloatArray = NDArray[np.float64]
 
@@ -58,7 +58,10 @@ class Record:
         time = _frozen(self.time)
         columns = {name: _frozen(values) for name, values in self.columns.items()}
         if set(columns) != set(self.units):
-            raise InputError(f"{where}: units for {sorted(self.units)} -- expected one each for {sorted(columns)}")
+            raise InputError(
+                f"{where}: units for {sorted(self.units)} -- expected one each for {sorted(columns)} "
+                "-- give every channel its unit"
+            )
         check_samples(where, time, columns, self.first_row)
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "columns", MappingProxyType(columns))
@@ -164,6 +167,14 @@ def kernel_inputs(record: Record, kernel: Kernel, cutoff: float | None = None) -
     return KernelInputs(np.column_stack(columns) if columns else np.empty((record.time.size, 0)), tuple(notes))
 
 
+def cutoff_note(cutoff: float | None, records: Sequence[Record], inputs: Sequence[str]) -> tuple[str, ...]:
+    """One sentence where a cut-off [Hz] is given but every run holds all ``inputs``; nothing otherwise."""
+    if cutoff is None or any(name not in record.columns for record in records for name in inputs):
+        return ()
+    names = f"the log has {', '.join(inputs)} itself" if inputs else "there is no input"
+    return (f"--cutoff {cutoff:g} Hz is not used: {names}, nothing is derived",)
+
+
 def read_record(
     path: str | Path,
     *,
@@ -245,7 +256,8 @@ def _renamed(path: Path, table: list[Column], renames: Mapping[str, str]) -> lis
     for log in renames:
         if log not in names:
             raise InputError(
-                f"--map {log}={renames[log]}: {path} has no column {log!r} -- expected one of {', '.join(names)}"
+                f"--map {log}={renames[log]}: {path} has no column {log!r} -- expected one of {', '.join(names)} "
+                "-- correct the name"
             )
     new = [renames.get(name, name) for name in names]
     for name in new:

@@ -20,7 +20,7 @@ def window_of(where: str, time: FloatArray, start: float | None, stop: float | N
     """Samples with start <= time <= stop; `InputError` where fewer than two are left."""
     for option, bound in (("--from", start), ("--to", stop)):
         if bound is not None and not np.isfinite(bound):
-            raise InputError(f"{option} {bound} -- expected a finite time [s]")
+            raise InputError(f"{option} {bound} -- expected a finite time [s] -- correct it")
     first = 0 if start is None else int(np.searchsorted(time, start, side="left"))
     last = time.size if stop is None else int(np.searchsorted(time, stop, side="right"))
     if (start is not None or stop is not None) and last - first < 2:
@@ -56,7 +56,9 @@ def check_samples(where: str, time: FloatArray, columns: Mapping[str, FloatArray
     check_order(where, time, first_row)
     for name, values in columns.items():
         if values.shape != time.shape:
-            raise InputError(f"{where}: {name!r} has shape {values.shape} -- expected {time.shape} as time")
+            raise InputError(
+                f"{where}: {name!r} has shape {values.shape} -- expected {time.shape} as time -- give as many"
+            )
         bad = ~np.isfinite(values)
         if bad.any():
             k = int(np.argmax(bad))

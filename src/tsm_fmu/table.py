@@ -53,7 +53,9 @@ def read_table(path: Path) -> tuple[list[Column], str]:
     content = _bytes(path)
     digest = hashlib.sha256(content).hexdigest()
     if not content.strip():
-        raise InputError(f"{path} is empty -- expected a header row 'time [s],x_in [rad],...' and samples")
+        raise InputError(
+            f"{path} is empty -- expected a header row 'time [s],x_in [rad],...' and samples -- record again"
+        )
     if content[:4] == b"PAR1" or path.suffix == ".parquet":
         cells, values = _parquet(path, content)
     else:
@@ -102,9 +104,13 @@ def _bytes(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except FileNotFoundError:
-        raise InputError(f"{path} does not exist -- expected a measured run (.csv, .csv.gz, .parquet)") from None
+        raise InputError(
+            f"{path} does not exist -- expected a measured run (.csv, .csv.gz, .parquet) -- check the path"
+        ) from None
     except OSError as failure:
-        raise InputError(f"{path}: {failure.strerror} -- expected a readable file (.csv, .csv.gz, .parquet)") from None
+        raise InputError(
+            f"{path}: {failure.strerror} -- expected a readable file (.csv, .csv.gz, .parquet) -- check the path"
+        ) from None
 
 
 def _unzipped(path: Path, content: bytes) -> bytes:

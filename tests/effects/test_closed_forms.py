@@ -39,7 +39,7 @@ def test_static_force_laws(time):
         ("load_dependence", (("k", 0.37),)): (y + 0.37 * np.abs(load) * z, {}),
         ("bend_angle", (("mu", 0.16),)): (y + 0.16 * (2.0 + x) * np.abs(load) * z, {"bend": 2.0 + x}),
         ("drive_direction", (("k_m", 0.3), ("k_e", 0.17))): (y + np.abs(0.3 * (load + y) - 0.17 * load) * z, {}),
-        ("direction_asymmetry", (("eps", -0.37),)): (y * (1.0 - 0.37 * s), {}),
+        ("direction_asymmetry", (("eps", -0.37), ("df_v", 0.23))): (y * (1.0 - 0.37 * s) + 0.23 * np.abs(v), {}),
         ("gain_error", (("g", 0.073),)): (1.073 * y, {}),
         ("tendon_elasticity", (("compliance", 0.37), ("compliance_drive", 0.13))): (
             y - 0.37 * load - 0.13 * (2.0 - x), {"drive": 2.0 - x}),
@@ -47,6 +47,7 @@ def test_static_force_laws(time):
             y + 0.21 * (x - 0.11) + 0.37 * (x - 0.11) ** 3, {}),
         ("slack", (("w", 0.07), ("F_0", 0.013))): (y - 0.07 * load / (np.abs(load) + 0.013), {}),
         ("quantisation", (("q", 0.037),)): (0.037 * np.floor(y / 0.037 + 0.5), {}),
+        ("quantisation", (("q", 0.037), ("y_0", 0.011))): (0.011 + 0.037 * np.floor((y - 0.011) / 0.037 + 0.5), {}),
         ("drum_periodic", (("C_2", 0.3), ("S_2", -0.4), ("r", 1.7))): (
             y + 0.5 * np.cos(2.0 * x / 1.7 + math.atan2(0.4, 0.3)), {}),
     }  # fmt: skip
@@ -193,5 +194,5 @@ def test_delay_is_exact_on_lines_and_refuses_more_than_it_keeps():
     late = run("delay", {"T_d": 0.0173}, time, y=3.1 * time)
     assert late[100:] == pytest.approx(3.1 * (time[100:] - 0.0173), abs=1e-12)
     assert late[:17] == pytest.approx(np.zeros(17), abs=1e-12)
-    with pytest.raises(ValueError, match="T_d is longer than the 63 steps kept"):
+    with pytest.raises(ValueError, match=r"T_d over dt -- expected at most the 63 steps kept -- shorten T_d"):
         run("delay", {"T_d": 0.0637}, time, y=time)

@@ -117,7 +117,7 @@ def test_a_parameter_is_fixed_after_initialisation():
         (0.013, math.nan, "step size nan s"),
         (0.013, math.inf, "step size inf s"),
         (math.nan, 0.013, "step from t = nan s -- expected t = 0.013 s"),
-        (0.0, 0.013, "step from t = 0.0 s -- expected t = 0.013 s, where the last step ended"),
+        (0.0, 0.013, "step from t = 0.0 s -- expected t = 0.013 s -- go on where the last step ended"),
         (0.039, 0.013, "step from t = 0.039 s -- expected t = 0.013 s"),
     ],
 )

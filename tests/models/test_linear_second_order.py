@@ -6,6 +6,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 
+from tsm_fmu.models import linear_second_order
 from tsm_fmu.models.linear_second_order import first_fall_below_zero, response, slope_response
 
 CASES = [
@@ -63,3 +64,34 @@ def test_first_fall_agrees_with_a_dense_scan(a_1: float, a_0: float) -> None:
         elif crossing < math.inf:  # a dip narrower than the scan
             assert response(h, dh, ddh, a_1, a_0, crossing) <= 0.0
     assert found_some >= 5
+
+
+@pytest.mark.parametrize(("a_1", "a_0"), CASES)
+def test_crossing_is_exact_and_takes_few_points(a_1: float, a_0: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    points: list[int] = []
+
+    def counted(*arguments: float) -> tuple[float, float]:
+        points[-1] += 1
+        return slope_response(*arguments)
+
+    monkeypatch.setattr(linear_second_order, "slope_response", counted)
+    rng = np.random.default_rng(2021)
+    slow = a_0 / max(a_1, math.sqrt(a_0))
+    for _ in range(300):
+        t_end = 10 ** rng.uniform(-4, 1) / slow
+        h = 10 ** rng.uniform(-20, 0)
+        dh, ddh = rng.normal(size=2) * 10 ** rng.uniform(-3, 3, 2) * (1.0, slow) / t_end
+        end = slope_response(a_1, a_0, t_end)
+        points.append(0)
+        t = first_fall_below_zero(h, dh, ddh, a_1, a_0, t_end, *end)
+        if points[-1] == 0 or t == math.inf:
+            points.pop()
+            continue
+        e, g = slope_response(a_1, a_0, t)
+        lean = ddh + a_1 * dh
+        # what E and G are of the size of, before they cancel within themselves near a whole period
+        terms = h + abs(dh) * min(t, 1.0 / math.sqrt(a_0)) + abs(lean) * min(0.5 * t * t, 2.0 / a_0)
+        assert abs(h + dh * e + lean * g) <= 1e-14 * terms
+    assert len(points) > 50
+    assert np.median(points) <= 8
+    assert max(points) <= 130  # bisection: 53, and one for each power of two that the crossing is nearer than the end

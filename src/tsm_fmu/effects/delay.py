@@ -52,7 +52,7 @@ def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
     steps = p.T_d / dt
     if steps > 63.0:
-        raise ValueError("T_d is longer than the 63 steps kept -- shorten T_d or lengthen the step")
+        raise ValueError("T_d over dt -- expected at most the 63 steps kept -- shorten T_d or lengthen the step")
     line = State(u.y, *s[:-1])
     k = int(steps)
     late = line[k]

@@ -2,9 +2,11 @@
 
 ::
 
-    F <- F (1 + eps s)                                                                  (1)
+    F <- F (1 + eps s) + df_v |v|                                                       (1)
 
-Limits: eps = 0 changes nothing; eps = 1 leaves no friction in release. Dissipative for |eps| <= 1 where F is.
+eps makes the level differ, df_v the slope over the speed: half of what the viscous coefficients of the two directions
+differ by. Limits: eps = df_v = 0 changes nothing; eps = 1 leaves no friction in release. Dissipative for |eps| <= 1
+where F is, and |df_v| at most the viscous coefficient.
 Source: effects.md 1, `direction_asymmetry`.
 """
 
@@ -19,6 +21,7 @@ SIGNATURE = "F(+) differs from F(-)"
 
 class Params(NamedTuple):
     eps: Annotated[float, Quantity("1", "relative difference, Eq (1)", lo=-1.0, hi=1.0)] = 0.0
+    df_v: Annotated[float, Quantity("{F}/({x}/s)", "half the difference of the viscous coefficients, Eq (1)")] = 0.0
 
 
 NEUTRAL = Params()
@@ -30,6 +33,7 @@ class State(NamedTuple):
 
 class Inputs(NamedTuple):
     y: Annotated[float, Quantity("{F}", "what this effect changes, before it")]
+    v: Annotated[float, Quantity("{x}/s", "speed")]
     s: Annotated[float, Quantity("1", "direction of the last motion")]
 
 
@@ -41,8 +45,8 @@ PRESETS = {}
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(), Outputs(u.y * (1.0 + p.eps * u.s))
+    return State(), Outputs(u.y * (1.0 + p.eps * u.s) + p.df_v * abs(u.v))
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
-    return s, Outputs(u.y * (1.0 + p.eps * u.s))  # (1)
+    return s, Outputs(u.y * (1.0 + p.eps * u.s) + p.df_v * abs(u.v))  # (1)

@@ -2,9 +2,10 @@
 
 ::
 
-    y <- q floor(y/q + 1/2)                                                             (1)
+    y <- y_0 + q floor((y - y_0)/q + 1/2)                                               (1)
 
-Limits: q = 0 changes nothing; the error is at most q/2. Source: effects.md 1, `quantisation`.
+y_0 is one of the levels: zero for a converter that rounds, q/2 for one that truncates. Limits: q = 0 changes nothing;
+the error is at most q/2. Source: effects.md 1, `quantisation`.
 """
 
 import math
@@ -19,6 +20,7 @@ SIGNATURE = "few levels"
 
 class Params(NamedTuple):
     q: Annotated[float, Quantity("{y}", "step between levels, Eq (1)", lo=0.0)] = 0.0
+    y_0: Annotated[float, Quantity("{y}", "one of the levels, Eq (1)")] = 0.0
 
 
 NEUTRAL = Params()
@@ -39,9 +41,14 @@ class Outputs(NamedTuple):
 PRESETS = {}
 
 
+def level(p: Params, y: float) -> float:
+    """Nearest level, Eq (1)."""
+    return y if p.q <= 0.0 else p.y_0 + p.q * math.floor((y - p.y_0) / p.q + 0.5)
+
+
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(), Outputs(u.y if p.q <= 0.0 else p.q * math.floor(u.y / p.q + 0.5))
+    return State(), Outputs(level(p, u.y))
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
-    return s, Outputs(u.y if p.q <= 0.0 else p.q * math.floor(u.y / p.q + 0.5))  # (1)
+    return s, Outputs(level(p, u.y))

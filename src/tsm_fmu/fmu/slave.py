@@ -29,7 +29,9 @@ new_tuple: Any = tuple.__new__  # a third of the cost of calling a named tuple's
 _SAVED = ("_time", "_running", "_stale", "_watches_slack", "_not_started", "_fault")
 """What an FMU state holds besides values and kernel state."""
 
-BEFORE_START = "step before the end of initialisation -- call exitInitializationMode"
+BEFORE_START = "step -- expected after the end of initialisation -- call exitInitializationMode first"
+MEND = "check what drives it"
+NEXT = "see modelDescription.xml"
 
 
 class KernelSlave(Fmi2Slave):
@@ -110,7 +112,7 @@ class KernelSlave(Fmi2Slave):
         if not isfinite(sum(inputs)):
             wrong = _not_finite(inputs)
             if wrong:
-                return self._refuse(f"input {wrong} at t = {current_time!r} s -- expected a finite number")
+                return self._refuse(f"input {wrong} at t = {current_time!r} s -- expected a finite number -- {MEND}")
         try:
             state, outputs = self._step(self._params, self._state, inputs, step_size)
         except Exception as failure:
@@ -118,7 +120,8 @@ class KernelSlave(Fmi2Slave):
         if not isfinite(sum(outputs)):
             wrong = _not_finite(outputs)
             if wrong:
-                return self._refuse(f"output {wrong} at t = {current_time!r} s with {inputs!r} -- reduce the step")
+                what = f"output {wrong} at t = {current_time!r} s with {inputs!r}"
+                return self._refuse(f"{what} -- expected a finite number -- reduce the step")
         self._state = state
         values[self._output_slice] = outputs
         self._time = current_time + step_size
@@ -204,7 +207,7 @@ class KernelSlave(Fmi2Slave):
         try:
             wrong = _not_finite(inputs)
             if wrong:
-                raise ValueError(f"input {wrong} at the start -- expected a finite number")
+                raise ValueError(f"input {wrong} at the start -- expected a finite number -- {MEND}")
             params = self.kernel.Params(*self._values[: self._n_parameters])
             check_bounds(self._parameters, params)
             if hasattr(self.kernel, "check"):
@@ -222,7 +225,7 @@ class KernelSlave(Fmi2Slave):
         for reference, value in zip(references, values, strict=True):
             is_parameter = 0 <= reference < self._n_parameters
             if reference not in typed or not (is_parameter or reference in self._inputs):
-                self._spoil(reference, f"set to {value!r} -- expected an input or parameter of this type")
+                self._spoil(reference, f"set to {value!r} -- expected an input or parameter of this type -- {NEXT}")
             elif is_parameter and self._running:
                 self._spoil(reference, f"set to {value!r} -- it is fixed after initialisation -- reset the instance")
             else:
@@ -233,7 +236,7 @@ class KernelSlave(Fmi2Slave):
         """Values with a substitute for unknown references: too short a list would crash PythonFMU's library."""
         for reference in references:
             if reference not in typed:
-                self._spoil(reference, f"read as {kind} -- expected a variable of that type")
+                self._spoil(reference, f"read as {kind} -- expected a variable of that type -- {NEXT}")
         return [self._values[reference] if reference in typed else otherwise for reference in references]
 
     def _spoil(self, reference: int, what: str) -> None:
@@ -247,8 +250,8 @@ class KernelSlave(Fmi2Slave):
 
     def _wrong_time(self, time: float, step: float) -> str:
         if not 0.0 < step < INFINITE:
-            return f"step size {step!r} s at t = {time!r} s -- expected a positive finite number"
-        return f"step from t = {time!r} s -- expected t = {self._time!r} s, where the last step ended"
+            return f"step size {step!r} s at t = {time!r} s -- expected a positive finite number -- correct it"
+        return f"step from t = {time!r} s -- expected t = {self._time!r} s -- go on where the last step ended"
 
     def _tell_slack(self, tension: float) -> None:
         self._watches_slack = False

@@ -24,7 +24,8 @@ and only the current moves, L_a di/dt = u - R_a i. While omega keeps its sign an
     a_1 = R_a/L_a + e N^2 b/J,  a_0 = e N^2 (R_a b + k_t k_e)/(L_a J),  J = J_load + e N^2 J_rotor    (7)
 
 u and tau_load hold over the step, so each such stretch is solved in closed form, and the times at which omega, g or
-the held current reach their limits are located inside the step: there is no chatter and no limit on the step.
+the held current reach their limits are located inside the step: there is no chatter. A step with more than
+MOST_EVENTS such times is refused: a motor that rings at hundreds of kilohertz, almost without loss, for seconds.
 
 Validity: one winding temperature, no commutation ripple, no backlash or compliance of the gearhead (the tendon's is
 far larger), b, tau_c, R_a constant.
@@ -39,7 +40,8 @@ from .linear_second_order import first_fall_below_zero, slope_response
 NAME = "DcMotor"
 
 MOST_EVENTS = 100000  # in one step: only an absurdly long step reaches it
-ROUNDING = 1e-14  # relative: a current this close to the holding limit is at it
+ROUNDING = 1e-14  # relative: a current this close to the holding limit is at it, a torque this small is none
+NO_CURRENT = 1e-30  # A, an electron in five thousand years: without friction, ringing would go on below it for ever
 
 
 class Params(NamedTuple):
@@ -115,49 +117,50 @@ def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
-    voltage = _voltage(p, u)
-    left, phi, omega, i = dt, s.phi, s.omega, s.i
+    voltage, tau_load = _voltage(p, u), u.tau_load
+    tau_c, efficiency = p.tau_c, p.efficiency
+    phi, omega, i = s
+    left = dt
     e = 0.0  # the flow of power is known from the second stretch on
     for _ in range(MOST_EVENTS):
-        direction = math.copysign(1.0, omega) if omega != 0.0 else _breakaway(p, voltage, u.tau_load, i)
+        direction = math.copysign(1.0, omega) if omega != 0.0 else _breakaway(p, voltage, tau_load, i)
         if direction == 0.0:
-            i, left = _held(p, voltage, u.tau_load, i, left)
+            i, left = _held(p, voltage, tau_load, i, left)
             omega, e = 0.0, 0.0
         else:
-            g = direction * _transmitted(p, omega, i, direction * p.tau_c, u.tau_load)
-            if e == 0.0:
-                e = _gear_factor(p, voltage, u.tau_load, omega, i, direction, g)
-            di, domega, ddi, ddomega, a_1, a_0 = _linear(p, voltage, u.tau_load, omega, i, direction, e)
+            e, torque, rise, di, domega, ddi, ddomega, a_1, a_0 = _sliding(p, voltage, tau_load, omega, i, direction, e)
             E, G = slope_response(a_1, a_0, left)
             to_rest, to_change = math.inf, math.inf
-            if p.tau_c > 0.0 or p.efficiency < 1.0:
+            if tau_c > 0.0 or efficiency < 1.0:
                 to_rest = first_fall_below_zero(
                     direction * omega, direction * domega, direction * ddomega, a_1, a_0, left, E, G
                 )
-            if p.efficiency < 1.0:
-                flow = 1.0 if e < 1.0 else -1.0
-                dg = direction * _transmitted(p, domega, di, 0.0, 0.0)
-                ddg = direction * _transmitted(p, ddomega, ddi, 0.0, 0.0)
-                to_change = first_fall_below_zero(flow * g, flow * dg, flow * ddg, a_1, a_0, left, E, G)
-            t = min(to_rest, to_change, left)
+            if efficiency < 1.0:
+                dddomega = -a_1 * ddomega - a_0 * domega  # (L1)
+                to_change = first_fall_below_zero(torque, rise * ddomega, rise * dddomega, a_1, a_0, left, E, G)
+            t = to_rest if to_rest < to_change else to_change
             if t < left:
                 E, G = slope_response(a_1, a_0, t)
-            apart = -(ddomega + a_1 * domega) / a_0  # omega - omega_inf
-            phi += (omega - apart) * t + apart * (E + a_1 * G) + domega * G  # (5)
+            else:
+                t = left
+            lean = ddomega + a_1 * domega
+            phi += omega * t + domega * G + lean * (t - E - a_1 * G) / a_0  # (5)
+            omega += domega * E + lean * G
             i += di * E + (ddi + a_1 * di) * G
-            omega += domega * E + (ddomega + a_1 * domega) * G
             if t == to_rest:
                 omega, e = 0.0, 0.0
             elif t == to_change:
                 e = 1.0 / e
             elif omega * direction > 0.0:  # no event in what was left: the ordinary end of a step
-                domega = _acceleration(p, u.tau_load, omega, i, direction, e)
+                domega = domega * (1.0 - a_1 * E - a_0 * G) + lean * E
                 return State(phi, omega, i), Outputs(phi, omega, domega, i)
             left -= t
         if left <= 0.0:
             reached = State(phi, omega, i)
-            return reached, _outputs(p, reached, voltage, u.tau_load)
-    raise ValueError("DcMotor reverses more often in one step than can be followed -- make the step shorter")
+            return reached, _outputs(p, reached, voltage, tau_load)
+    raise ValueError(
+        "DcMotor reverses more than 100000 times in one step -- expected fewer -- make the communication step shorter"
+    )
 
 
 def _voltage(p: Params, u: Inputs) -> float:
@@ -168,9 +171,7 @@ def _outputs(p: Params, s: State, voltage: float, tau_load: float) -> Outputs:
     direction = math.copysign(1.0, s.omega) if s.omega != 0.0 else _breakaway(p, voltage, tau_load, s.i)
     domega = 0.0
     if direction != 0.0:
-        g = direction * _transmitted(p, s.omega, s.i, direction * p.tau_c, tau_load)
-        e = _gear_factor(p, voltage, tau_load, s.omega, s.i, direction, g)
-        domega = _acceleration(p, tau_load, s.omega, s.i, direction, e)
+        _, _, _, _, domega, _, _, _, _ = _sliding(p, voltage, tau_load, s.omega, s.i, direction, 0.0)
     return Outputs(s.phi, s.omega, domega, s.i)
 
 
@@ -182,11 +183,11 @@ def _holding_current(p: Params, tau_load: float, direction: float) -> float:
 def _breakaway(p: Params, voltage: float, tau_load: float, i: float) -> float:
     """Sign of the motion that starts from rest, 0 where friction holds."""
     upper, lower = _holding_current(p, tau_load, 1.0), _holding_current(p, tau_load, -1.0)
-    rounding = ROUNDING * (abs(i) + abs(upper) + abs(lower))
-    change = voltage - p.R_a * i
-    if i > upper + rounding or (i >= upper - rounding and change > 0.0):
+    rounding = ROUNDING * (abs(i) + abs(upper) + abs(lower)) + NO_CURRENT
+    final = voltage / p.R_a
+    if i > upper + rounding or (i >= upper - rounding and final > upper + NO_CURRENT):
         return 1.0
-    if i < lower - rounding or (i <= lower + rounding and change < 0.0):
+    if i < lower - rounding or (i <= lower + rounding and final < lower - NO_CURRENT):
         return -1.0
     return 0.0
 
@@ -203,40 +204,35 @@ def _held(p: Params, voltage: float, tau_load: float, i: float, left: float) -> 
     return final + (i - final) * math.exp(-rate * left), 0.0
 
 
-def _gear_factor(
-    p: Params, voltage: float, tau_load: float, omega: float, i: float, direction: float, g: float
-) -> float:
-    """Factor e of Eq (4), from the sign of ``g`` (in the direction of motion), or of its rate where it is 0."""
-    if g == 0.0:
-        di, domega, _, _, _, _ = _linear(p, voltage, tau_load, omega, i, direction, 1.0)
-        g = direction * _transmitted(p, domega, di, 0.0, 0.0)
-    return p.efficiency if g >= 0.0 else 1.0 / p.efficiency
-
-
-def _transmitted(p: Params, omega: float, i: float, coulomb: float, tau_load: float) -> float:
-    n = p.gear_ratio
-    return p.J_load * (p.k_t * i - p.b * n * omega - coulomb) + p.J_rotor * n * tau_load  # g
-
-
-def _acceleration(p: Params, tau_load: float, omega: float, i: float, direction: float, e: float) -> float:
-    n = p.gear_ratio
-    shaft = p.k_t * i - p.b * n * omega - direction * p.tau_c
-    domega = (e * n * shaft - tau_load) / (p.J_load + e * n * n * p.J_rotor)  # (2), (3)
-    if omega == 0.0 and domega * direction < 0.0:
-        return 0.0  # starts at the holding limit, where rounding may have put it behind
-    return domega
-
-
-def _linear(
+def _sliding(
     p: Params, voltage: float, tau_load: float, omega: float, i: float, direction: float, e: float
-) -> tuple[float, float, float, float, float, float]:
-    """First derivatives of i and omega, their second ones, a_1 and a_0, while (1)-(3) are linear."""
-    n = p.gear_ratio
-    inertia = p.J_load + e * n * n * p.J_rotor
-    di = (voltage - p.R_a * i - p.k_e * n * omega) / p.L_a  # (1)
-    domega = _acceleration(p, tau_load, omega, i, direction, e)
-    ddi = -(p.R_a * di + p.k_e * n * domega) / p.L_a
-    ddomega = e * n * (p.k_t * di - p.b * n * domega) / inertia
-    a_1 = p.R_a / p.L_a + e * n * n * p.b / inertia  # (7)
-    a_0 = e * n * n * (p.R_a * p.b + p.k_t * p.k_e) / (p.L_a * inertia)
-    return di, domega, ddi, ddomega, a_1, a_0
+) -> tuple[float, float, float, float, float, float, float, float, float]:
+    """What (1)-(4) give while the shaft turns, or begins to turn, in one direction.
+
+    Returns e, found where it is given as 0; the torque e N tau_m at the gearhead output in the direction that this e
+    is for, a rounding added, and its rise with domega; the first derivatives of i and omega, their second ones; a_1
+    and a_0.
+    """
+    R_a, L_a, k_t, k_e, J_rotor, b, tau_c, n, efficiency, J_load, _, _ = p  # a look-up each would double the cost
+    b_n, k_n = b * n, k_e * n
+    di = (voltage - R_a * i - k_n * omega) / L_a  # (1)
+    shaft = k_t * i - b_n * omega - direction * tau_c
+    if e == 0.0:
+        g = J_load * shaft + J_rotor * n * tau_load
+        if g == 0.0:  # its rate, as domega = -tau_load/J_load with either e
+            g = J_load * k_t * di + b_n * tau_load
+        e = efficiency if direction * g >= 0.0 else 1.0 / efficiency  # (4)
+    inertia = J_load + e * n * n * J_rotor
+    gain = e * n / inertia
+    domega = gain * shaft - tau_load / inertia  # (2), (3)
+    if omega == 0.0 and domega * direction < 0.0:
+        domega = 0.0  # starts at the holding limit, where rounding may have put it behind
+    flow = direction if e < 1.0 else -direction
+    # the torque of free running is zero: its rounding, a part of the stall torque, must not change the flow
+    spare = ROUNDING * (e * n * (k_t * abs(voltage) / R_a + tau_c) + abs(tau_load))
+    torque = flow * (J_load * domega + tau_load) + spare
+    ddi = -(R_a * di + k_n * domega) / L_a
+    ddomega = gain * (k_t * di - b_n * domega)
+    a_1 = R_a / L_a + gain * b_n  # (7)
+    a_0 = gain * (R_a * b_n + k_t * k_n) / L_a
+    return e, torque, flow * J_load, di, domega, ddi, ddomega, a_1, a_0

@@ -50,8 +50,8 @@ class Held(NamedTuple):
     slid: Annotated[float, Quantity("1", "1 once the drive has slid, 0 before")]
 
 
-Params = joined("Params", Part("", DriveParams, DriveParams(), {}), Part("", Holding, Holding(), {}))
-State = joined("State", Part("", DriveState, None, {}), Part("", Held, None, {}))
+Params = joined(__name__, "Params", Part("", DriveParams, DriveParams(), {}), Part("", Holding, Holding(), {}))
+State = joined(__name__, "State", Part("", DriveState, None, {}), Part("", Held, None, {}))
 
 
 class Inputs(NamedTuple):
@@ -71,13 +71,13 @@ def start(p: Any, u: Inputs) -> tuple[Any, Outputs]:
 
 
 def step(p: Any, s: Any, u: Inputs, dt: float) -> tuple[Any, Outputs]:
-    drive = moved(p, DriveState(s.x_in, s.x_h, s.v_in, s.z), u.x_in, dt)
-    level = sliding_level(p, drive.v_in)
-    slid = max(s.slid, drive_slides(p, drive.z, level))
+    drive = moved(p, s, u.x_in, dt)
     if p.hold == 1 and s.slid == 1.0:
+        level = sliding_level(p, drive.v_in)
         tau_out = held_load(s.tau_out, (u.tau_in - level) / p.ratio, (u.tau_in + level) / p.ratio)
     else:
         tau_out = (u.tau_in - friction_torque(p, drive)) / p.ratio  # (D2)
+    slid = 1.0 if s.slid == 1.0 else drive_slides(p, drive.z, sliding_level(p, drive.v_in))
     after = State(drive.x_in, drive.x_h, drive.v_in, drive.z, tau_out, slid)
     return after, Outputs(distal_angle(p, drive), tau_out)  # (T1)
 

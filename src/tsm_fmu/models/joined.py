@@ -28,8 +28,8 @@ class Part(NamedTuple):
     left_out: tuple[str, ...] = ()
 
 
-def joined(name: str, *parts: Part) -> Any:
-    """Named-tuple class with the fields of all parts in order."""
+def joined(module: str, name: str, *parts: Part) -> Any:
+    """Named-tuple class of a module, with the fields of all parts in order."""
     hints: dict[str, Any] = {}
     defaults: dict[str, Any] = {}
     for part in parts:
@@ -50,4 +50,5 @@ def joined(name: str, *parts: Part) -> Any:
     made: Any = NamedTuple(name, list(hints.items()))
     made.__new__.__defaults__ = tuple(defaults.values()) or None
     made._field_defaults = defaults
+    made.__module__ = module
     return made

@@ -82,8 +82,10 @@ class Outputs(NamedTuple):
     theta_ff: Annotated[float, Quantity("rad", "driver angle, Eq (39)", display="deg")]
 
 
-Params = joined("Params", Part("", TransmissionParams, TransmissionParams(), {}), Part("", Options, Options(), {}))
-State = joined("State", Part("", LoopState, None, {}), Part("", Memory, None, {}))
+Params = joined(
+    __name__, "Params", Part("", TransmissionParams, TransmissionParams(), {}), Part("", Options, Options(), {})
+)
+State = joined(__name__, "State", Part("", LoopState, None, {}), Part("", Memory, None, {}))
 
 LUGRE = {"mu_s": (0.16, "1"), "sigma0": (1e5, "N/m"), "sigma1": (10**2.5, "N*s/m"), "sigma2": (4.3, "N*s/m")}
 PRESETS = {

@@ -13,6 +13,9 @@ G = (1 - E' - a_1 E)/a_0. Stable systems only: a_0 > 0 and a_1 >= 0.
 
 import math
 
+MOST_NEWTON = 60  # points before only bisection is left; the ordinary case needs five
+ROUNDING = 1e-15  # a value of this part of its terms, or less, is zero
+
 
 def slope_response(a_1: float, a_0: float, t: float) -> tuple[float, float]:
     """E(t) and its integral G(t), Eq (L3), without cancellation at small or large t.
@@ -27,7 +30,7 @@ def slope_response(a_1: float, a_0: float, t: float) -> tuple[float, float]:
     if a_1 * t < 0.25 and a_0 * t * t < 0.0625:
         # Taylor series: t^k coefficients from (L1); the closed form of G loses digits here
         coefficient, before, e, g = t, 0.0, t, 0.5 * t * t
-        for k in range(2, 16):
+        for k in range(2, 14):
             following = -(a_1 * t * coefficient / k + a_0 * t * t * before / (k * (k - 1.0)))
             before, coefficient = coefficient, following
             e += coefficient
@@ -87,12 +90,13 @@ def first_fall_below_zero(
     ``e_end`` and ``g_end`` are E and G at ``t_end``: a caller who asks for several h of one system has them already.
 
     h is monotone between its extrema, whose times are known in closed form, and the first falling stretch
-    reaches the lowest value of all; so the one bracket that can hold the crossing is bisected. A value
+    reaches the lowest value of all; so one bracket holds the only crossing there can be. A value
     below zero by rounding at t = 0 counts as zero while h rises.
     """
+    lean = ddh + a_1 * dh
     # |E| <= t, and <= 1/a_1: its rate is below exp(-a_1 t) up to its maximum, and later maxima are lower
-    most_e, most_g = (t_end, 0.5 * t_end * t_end) if a_1 * t_end < 1.0 else (1.0 / a_1, t_end / a_1)
-    if h > abs(dh) * most_e + abs(ddh + a_1 * dh) * most_g:
+    longest, half = (t_end, 0.5) if a_1 * t_end < 1.0 else (1.0 / a_1, 1.0)
+    if h > (abs(dh) + half * abs(lean) * t_end) * longest:
         return math.inf  # too far away to get there
     turn = first_extremum(dh, ddh, a_1, a_0)
     falls = dh < 0.0 or (dh == 0.0 and ddh < 0.0)
@@ -104,16 +108,36 @@ def first_fall_below_zero(
         square = 0.25 * a_1 * a_1 - a_0
         if square < 0.0:
             right = min(right, turn + math.pi / math.sqrt(-square))
-    lowest = h + dh * e_end + (ddh + a_1 * dh) * g_end if right == t_end else response(h, dh, ddh, a_1, a_0, right)
+    lowest = h + dh * e_end + lean * g_end if right == t_end else response(h, dh, ddh, a_1, a_0, right)
     if lowest >= 0.0:
         return math.inf
-    if response(h, dh, ddh, a_1, a_0, left) < 0.0:
-        return left
+    return _crossing(h, dh, lean, a_1, a_0, left, right)
+
+
+def _crossing(h: float, dh: float, lean: float, a_1: float, a_0: float, left: float, right: float) -> float:
+    """Where h falls through zero between ``left`` and ``right``.
+
+    Newton's method on (L2), kept in a bracket: the middle is tried instead where Newton's next point is outside or
+    its step more than half the last one, and always after `MOST_NEWTON` points. So it never takes many more points
+    than bisection.
+    """
+    t, last = left, 2.0 * (right - left)
+    tried = 0
     while True:
-        middle = 0.5 * (left + right)
-        if middle <= left or middle >= right:
-            return right
-        if response(h, dh, ddh, a_1, a_0, middle) < 0.0:
-            right = middle
+        e, g = slope_response(a_1, a_0, t)
+        value = h + dh * e + lean * g
+        if abs(value) <= ROUNDING * (abs(h) + abs(dh * e) + abs(lean * g)) or (tried == 0 and value < 0.0):
+            return t
+        if value < 0.0:
+            right = t
         else:
-            left = middle
+            left = t
+        middle = 0.5 * (left + right)
+        if not left < middle < right:
+            return right
+        slope = dh * (1.0 - a_1 * e - a_0 * g) + lean * e
+        ahead = -value / slope if slope < 0.0 and tried < MOST_NEWTON else math.inf
+        if 2.0 * abs(ahead) > last or not left < t + ahead < right:
+            ahead = middle - t
+        t, last = t + ahead, abs(ahead)
+        tried += 1

@@ -33,6 +33,18 @@ from .bouc_wen import bouc_wen_after
 from .contract import Preset, Quantity
 from .friction_branches import check_pull_side, check_release_side, pull_level, release_level
 from .signs import held_sign
+from .single_tsm_parameters import (
+    HeldSign,
+    decay,
+    pull_constant,
+    pull_decaying,
+    pull_growing,
+    pull_growth,
+    pull_widening,
+    release_constant,
+    release_scale,
+    release_split,
+)
 from .tension import DEPENDS, Inputs, Outputs, friction_in, tensions, with_friction
 
 __all__ = [
@@ -57,18 +69,18 @@ FRICTION_LIKE = "F"
 
 
 class Params(NamedTuple):
-    rho1: Annotated[float, Quantity("N", "constant part of the pull level, Eqs (1a), (1b)", lo=0.0)] = 0.8855
-    rho2: Annotated[float, Quantity("N", "constant part of the release level, Eqs (1c), (1d)", lo=0.0)] = 1.548
-    mu1: Annotated[float, Quantity("N", "part of the pull level that decays with speed")] = -0.6533
-    mu2: Annotated[float, Quantity("N", "part of the pull level that grows with acceleration")] = 1.461
+    rho1: Annotated[float, pull_constant("N", "Eqs (1a), (1b)")] = 0.8855
+    rho2: Annotated[float, release_constant("N", "Eqs (1c), (1d)")] = 1.548
+    mu1: Annotated[float, pull_decaying("N")] = -0.6533
+    mu2: Annotated[float, pull_growing("N")] = 1.461
     mu3: Annotated[float, Quantity("N", "part of the release level that decays with speed")] = 0.452
-    mu4: Annotated[float, Quantity("N", "half distance of the release branches at v = 0")] = 0.875
-    kappa1: Annotated[float, Quantity("s/m", "decay of mu1 with speed, f1", lo=0.0)] = 341.0
-    kappa2: Annotated[float, Quantity("s2/m", "widening of f1 with acceleration", lo=0.0)] = 77.7
-    kappa3: Annotated[float, Quantity("s2/m", "growth of mu2 with acceleration", lo=0.0)] = 6.3
-    kappa4: Annotated[float, Quantity("s/m", "decay of mu3 with speed", lo=0.0)] = 3329.0
-    kappa5: Annotated[float, Quantity("1/s", "decay of mu4 with speed, f2", lo=0.0)] = 5.224
-    kappa6: Annotated[float, Quantity("m/s2", "acceleration scale of f2", lo=0.0, open_lo=True)] = 5.5e-6
+    mu4: Annotated[float, release_split("N")] = 0.875
+    kappa1: Annotated[float, decay("s/m", "mu1 with speed, f1")] = 341.0
+    kappa2: Annotated[float, pull_widening("s2/m")] = 77.7
+    kappa3: Annotated[float, pull_growth("s2/m")] = 6.3
+    kappa4: Annotated[float, decay("s/m", "mu3 with speed")] = 3329.0
+    kappa5: Annotated[float, decay("1/s", "mu4 with speed, f2")] = 5.224
+    kappa6: Annotated[float, release_scale("m/s2")] = 5.5e-6
     k: Annotated[float, Quantity("N/m", "presliding stiffness, Eq (2)", lo=0.0, open_lo=True)] = 1000.0
     sigma: Annotated[float, Quantity("1", "shape: 1 + (2 sigma - 1)|r|^n is the unloading slope over k", lo=0.5)] = (
         5.491
@@ -79,7 +91,7 @@ class Params(NamedTuple):
 
 class State(NamedTuple):
     zeta: Annotated[float, Quantity("N", "friction force, Eqs (2), (3)")]
-    sgn_a: Annotated[float, Quantity("1", "last non-zero sign of a")]
+    sgn_a: HeldSign
 
 
 _PRINTED = {

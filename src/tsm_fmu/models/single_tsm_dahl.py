@@ -29,6 +29,18 @@ from .contract import Preset, Quantity
 from .friction_branches import check_pull_side, check_release_side, pull_level, release_level
 from .lugre import bristle_after
 from .signs import held_sign
+from .single_tsm_parameters import (
+    HeldSign,
+    decay,
+    pull_constant,
+    pull_decaying,
+    pull_growing,
+    pull_growth,
+    pull_widening,
+    release_constant,
+    release_scale,
+    release_split,
+)
 from .tension import DEPENDS, Inputs, Outputs, friction_in, tensions, with_friction
 
 __all__ = [
@@ -53,23 +65,23 @@ FRICTION_LIKE = "F"
 
 
 class Params(NamedTuple):
-    rho1: Annotated[float, Quantity("N", "constant part of the pull level, Eqs (2a), (2b)", lo=0.0)] = 2.097
-    rho2: Annotated[float, Quantity("N", "constant part of the release level, Eqs (2c), (2d)", lo=0.0)] = 3.960
-    mu1: Annotated[float, Quantity("N", "part of the pull level that decays with speed")] = 1.368
-    mu2: Annotated[float, Quantity("N", "part of the pull level that grows with acceleration")] = 1.579
-    mu3: Annotated[float, Quantity("N", "half distance of the release branches at v = 0")] = -1.855
-    kappa1: Annotated[float, Quantity("s/m", "decay of mu1 with speed, f1", lo=0.0)] = 172.0
-    kappa2: Annotated[float, Quantity("s2/m", "widening of f1 with acceleration", lo=0.0)] = 1228.0
-    kappa3: Annotated[float, Quantity("s2/m", "growth of mu2 with acceleration", lo=0.0)] = 16.0
-    kappa4: Annotated[float, Quantity("1/s", "decay of mu3 with speed, f2", lo=0.0)] = 5.549
-    kappa5: Annotated[float, Quantity("m/s2", "acceleration scale of f2", lo=0.0, open_lo=True)] = 5e-6
+    rho1: Annotated[float, pull_constant("N", "Eqs (2a), (2b)")] = 2.097
+    rho2: Annotated[float, release_constant("N", "Eqs (2c), (2d)")] = 3.960
+    mu1: Annotated[float, pull_decaying("N")] = 1.368
+    mu2: Annotated[float, pull_growing("N")] = 1.579
+    mu3: Annotated[float, release_split("N")] = -1.855
+    kappa1: Annotated[float, decay("s/m", "mu1 with speed, f1")] = 172.0
+    kappa2: Annotated[float, pull_widening("s2/m")] = 1228.0
+    kappa3: Annotated[float, pull_growth("s2/m")] = 16.0
+    kappa4: Annotated[float, decay("1/s", "mu3 with speed, f2")] = 5.549
+    kappa5: Annotated[float, release_scale("m/s2")] = 5e-6
     sigma: Annotated[float, Quantity("N/m", "presliding stiffness", lo=0.0, open_lo=True)] = 17570.0
     zeta_0: Annotated[float, Quantity("m", "presliding state at the start (ours)", display="mm")] = 0.0
 
 
 class State(NamedTuple):
     zeta: Annotated[float, Quantity("m", "presliding state, Eq (4)")]
-    sgn_a: Annotated[float, Quantity("1", "last non-zero sign of a")]
+    sgn_a: HeldSign
 
 
 PRESETS = {

@@ -37,7 +37,19 @@ from typing import Annotated, NamedTuple
 from .contract import InputError, Preset, Quantity
 from .friction_branches import check_pull_side, pull_level, release_level
 from .signs import held_sign
-from .tension import DEPENDS, Outputs, friction_in, tensions
+from .single_tsm_parameters import (
+    HeldSign,
+    decay,
+    pull_constant,
+    pull_decaying,
+    pull_growing,
+    pull_growth,
+    pull_widening,
+    release_constant,
+    release_scale,
+    release_split,
+)
+from .tension import DEPENDS, LoadTension, MeasuredTension, Outputs, friction_in, tensions
 
 __all__ = [
     "DEPENDS",
@@ -62,18 +74,16 @@ FRICTION_LIKE = "F"
 
 
 class Params(NamedTuple):
-    rho1: Annotated[float, Quantity("1", "constant part of the pull level, Eqs (7), (8)", lo=0.0)] = 2.8642
-    rho2: Annotated[
-        float, Quantity("1", "constant part of the release level, Eqs (10), (11)", lo=0.0, open_lo=True)
-    ] = 0.072
-    mu1: Annotated[float, Quantity("1", "part of the pull level that decays with speed")] = -1.772
-    mu2: Annotated[float, Quantity("1", "part of the pull level that grows with acceleration")] = 0.342
-    mu3: Annotated[float, Quantity("1", "half distance of the release branches at v = 0")] = 0.9991
-    kappa1: Annotated[float, Quantity("s/rad", "decay of mu1 with speed, f1", lo=0.0)] = 0.084
-    kappa2: Annotated[float, Quantity("s2/rad", "widening of f1 with acceleration", lo=0.0)] = 0.4104
-    kappa3: Annotated[float, Quantity("s2/rad", "growth of mu2 with acceleration", lo=0.0)] = 9.345
-    kappa4: Annotated[float, Quantity("1/s", "decay of mu3 with speed, f2", lo=0.0)] = 0.1704
-    kappa5: Annotated[float, Quantity("rad/s2", "acceleration scale of f2", lo=0.0, open_lo=True)] = 1.1823
+    rho1: Annotated[float, pull_constant("1", "Eqs (7), (8)")] = 2.8642
+    rho2: Annotated[float, release_constant("1", "Eqs (10), (11)", open_lo=True)] = 0.072
+    mu1: Annotated[float, pull_decaying("1")] = -1.772
+    mu2: Annotated[float, pull_growing("1")] = 0.342
+    mu3: Annotated[float, release_split("1")] = 0.9991
+    kappa1: Annotated[float, decay("s/rad", "mu1 with speed, f1")] = 0.084
+    kappa2: Annotated[float, pull_widening("s2/rad")] = 0.4104
+    kappa3: Annotated[float, pull_growth("s2/rad")] = 9.345
+    kappa4: Annotated[float, decay("1/s", "mu3 with speed, f2")] = 0.1704
+    kappa5: Annotated[float, release_scale("rad/s2")] = 1.1823
     lambda_: Annotated[float, Quantity("rad/s", "offset of the friction reversal, Eq (5)")] = 0.156
     rho: Annotated[float, Quantity("1/rad", "presliding rate, Eq (5)", lo=0.0, open_lo=True)] = 7.938
     sigma0: Annotated[float, Quantity("N", "force of a unit deflection, Eq (13)", lo=0.0, open_lo=True)] = 5.038
@@ -85,14 +95,14 @@ class Params(NamedTuple):
 
 class State(NamedTuple):
     zeta: Annotated[float, Quantity("1", "average deflection, Eq (5)")]
-    sgn_a: Annotated[float, Quantity("1", "last non-zero sign of a")]
+    sgn_a: HeldSign
 
 
 class Inputs(NamedTuple):
     v: Annotated[float, Quantity("rad/s", "pulley speed, pull positive")]
     a: Annotated[float, Quantity("rad/s2", "pulley acceleration")]
-    T_in: Annotated[float, Quantity("N", "measured proximal tension")]
-    T_load: Annotated[float, Quantity("N", "distal tension that the load asks for")]
+    T_in: MeasuredTension
+    T_load: LoadTension
 
 
 _PRINTED = {

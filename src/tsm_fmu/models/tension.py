@@ -14,12 +14,15 @@ from typing import Annotated, Any, NamedTuple
 
 from .contract import Quantity
 
+MeasuredTension = Annotated[float, Quantity("N", "measured proximal tension")]
+LoadTension = Annotated[float, Quantity("N", "distal tension that the load asks for")]
+
 
 class Inputs(NamedTuple):
     v: Annotated[float, Quantity("m/s", "proximal tendon velocity, pull positive", display="mm/s")]
     a: Annotated[float, Quantity("m/s2", "proximal tendon acceleration", display="mm/s2")]
-    T_in: Annotated[float, Quantity("N", "measured proximal tension")]
-    T_load: Annotated[float, Quantity("N", "distal tension that the load asks for")]
+    T_in: MeasuredTension
+    T_load: LoadTension
 
 
 class Outputs(NamedTuple):
