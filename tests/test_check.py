@@ -220,8 +220,22 @@ def test_logs_without_motion_or_with_two_rows_are_described():
     result = check_record(Record("r", np.array([0.0, 1.0]), {"F": np.array([1.0, 2.0])}, {"F": "N"}))
     assert result.motion is None
     result = check_record(Record("r", np.arange(9.0), {"x": np.zeros(9)}, {"x": "m"}))
-    assert [f.kind for f in result.findings] == ["stuck"]
-    assert check_record(Record("r", np.arange(3.0), {}, {})).findings == []
+    assert [f.kind for f in result.findings] == ["stuck", "coverage"]
+    assert "x: no motion; strokes, reversals and frequencies cannot be judged" in result.findings[-1].text
+    result = check_record(Record("r", np.arange(9.0), {"F": np.sin(np.arange(9.0))}, {"F": "N"}))
+    assert "no channel is an angle or a length; strokes" in result.findings[-1].text
+
+
+def test_a_log_of_times_alone_is_not_called_good(tmp_path, capsys):
+    path = tmp_path / "times.csv"
+    path.write_text("time [s]\n0.0\n0.013\n0.026\n")
+    assert run(["check", str(path)]) == 0
+    text = capsys.readouterr().out
+    assert "nothing wrong found" not in text
+    assert "columns: no channel beside time: nothing can be checked; add measured columns such as 'x_in [rad]'" in text
+    assert run(["check", str(path), "--json"]) == 0
+    (finding,) = json.loads(capsys.readouterr().out)["findings"]
+    assert (finding["kind"], finding["channel"], finding["rows"]) == ("columns", "time", [2, 4])
 
 
 @pytest.mark.parametrize("name", ["sample_sine", "sample_multisine"])

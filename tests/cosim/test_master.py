@@ -100,7 +100,7 @@ def test_recording_selects_and_decimates(foreign):
     [
         (
             (1.0, 0.3),
-            "stop 1.0 s with step 0.3 s from 0.0 s -- expected a whole number of steps, for example stop 0.9 s",
+            "stop 1.0 s with step 0.3 s from 0.0 s -- expected a whole number of steps -- set for example stop 0.9 s",
         ),
         ((1.0, -0.1), "expected start < stop and step > 0"),
         ((-1.0, 0.1), "expected start < stop and step > 0"),

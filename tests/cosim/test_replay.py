@@ -59,6 +59,20 @@ def test_an_input_in_another_quantity_is_named(foreign):
         replay(foreign["units"], record)
 
 
+def test_a_measured_output_in_another_quantity_is_found_before_the_fmu_is_loaded(foreign, monkeypatch):
+    monkeypatch.setattr("tsm_fmu.cosim.replay.FmuInstance", None)
+    time = np.arange(31) * 0.01
+    inputs = {"angle": ("deg", time), "speed": ("rad/s", time), "kelvin": ("K", time)}
+    with pytest.raises(InputError, match=r"channel 'temperature' in m -- expected a unit such as K"):
+        replay(foreign["units"], run(time, **inputs, temperature=("m", time)))
+
+
+def test_what_is_derived_and_a_cutoff_without_use_are_said(foreign):
+    time = np.arange(200) * 0.01
+    plain = replay(foreign["gain"], run(time, u=("1", time), u_2=("1", time)), cutoff=7.0)
+    assert plain.messages == ("--cutoff 7 Hz is not used: the log has u, u_2 itself, nothing is derived",)
+
+
 def test_inputs_that_are_not_real_need_a_constant(foreign):
     record = run([0.0, 0.1, 0.2], n=("1", np.zeros(3)))
     with pytest.raises(InputError, match=r"input n of Typed\.fmu is Integer -- expected Real .* --set n="):

@@ -110,7 +110,7 @@ def test_parameters_of_the_whole_system_and_a_missing_step(written, tmp_path):
 
 
 CHANGES = {
-    "half": (lambda t: t[: len(t) // 2], "SystemStructure.ssd is not XML"),
+    "half": (lambda t: t[: len(t) // 2], "SystemStructure.ssd cannot be read ("),
     "other root": (lambda t: "<a/>", "has the root 'a' -- expected an SSP 1.0 description"),
     "other namespace": (lambda t: t.replace("/SSP1/SystemStructureDescription", "/SSP9/x"), "no System element"),
     "nested": (lambda t: t.replace("<ssd:Elements>", '<ssd:Elements><ssd:System name="s"/>', 1), "has a nested system"),

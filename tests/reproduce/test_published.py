@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tsm_fmu.cosim.scenarios import lebus_drive, mssp_feedforward, single_tsm_force
-from tsm_fmu.reproduce.numbers import FORWARD_MM, REPORTED, REVERSE_MM, TRIALS_NON_PERIODIC, TRIALS_PERIODIC
+from tsm_fmu.reproduce.numbers import REPORTED
 from tsm_fmu.reproduce.published import ITEMS, PAPERS
 
 FIGURES = {"iftomm2013": 4, "icinco2013": 7, "mmt2015": 8, "mssp2015": 13, "ame2020": 20}
@@ -59,22 +58,3 @@ def test_every_printed_number_is_used(claims):
     used = {repr(claim.numbers.get("reported")) for claim in claims.values()}
     for key, reported in REPORTED.items():
         assert repr([reported.value.lo, reported.value.hi]) in used, key
-
-
-def test_scenarios_carry_the_same_printed_numbers():
-    """The closed-loop scenarios quote the papers too: one number, one value."""
-    mssp = mssp_feedforward.REPORTED
-    for motion, suffix, trials in (
-        ("periodic", "", TRIALS_PERIODIC),
-        ("non_periodic", "_non_periodic", TRIALS_NON_PERIODIC),
-    ):
-        width, law = mssp[motion]["uncompensated"], mssp[motion]["law_1"]
-        assert width["peak_to_peak_deg"] == REPORTED["mssp2015.width" + suffix].value.lo
-        assert law["peak_to_peak_deg"] == REPORTED["mssp2015.residual" + suffix].value.lo
-        assert law["std_deg"] == trials["position_std_deg"]
-        assert law["mean_deg"] == trials["position_mean_deg"]
-    for case, value in FORWARD_MM.items():
-        assert value in lebus_drive.REPORTED[f"{case}.uncompensated"].values()
-        assert REVERSE_MM[case] in lebus_drive.REPORTED[f"{case}.uncompensated"].values()
-    mmt = single_tsm_force.REPORTED["modified_lugre.periodic.lugre"]
-    assert REPORTED["mmt2015.mse_lugre"].value.lo in mmt.values()

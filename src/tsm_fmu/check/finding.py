@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
+from ..display import display
 from ..record import Record
 
 __all__ = ["Finding", "finding", "shown"]
-
-_PREFERRED = {"rad": ("deg", 180.0 / math.pi), "m": ("mm", 1e3)}
 
 
 @dataclass(frozen=True)
@@ -20,7 +18,7 @@ class Finding:
     ----------
     kind : str
         ``gap``, ``jitter``, ``start_up``, ``glitch``, ``jump``, ``disturbance``, ``clipping``, ``stuck``,
-        ``quantisation``, ``direction``, ``power_sign`` or ``coverage``.
+        ``quantisation``, ``direction``, ``power_sign``, ``columns`` or ``coverage``.
     channel : str
         Channel, several joined by ``", "``, or ``time``.
     t0, t1 : float
@@ -48,6 +46,4 @@ def finding(record: Record, kind: str, channel: str, first: int, last: int, text
 
 def shown(value: float, unit: str) -> str:
     """A number in the unit that people read: deg for rad, mm for m, also in rad/s and the like."""
-    head, slash, tail = unit.partition("/")
-    name, factor = _PREFERRED.get(head, (head, 1.0))
-    return f"{value * factor:.4g}" if unit == "1" else f"{value * factor:.4g} {name}{slash}{tail}"
+    return display(unit)(value, 4)

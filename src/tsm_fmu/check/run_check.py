@@ -111,6 +111,13 @@ def check_record(record: Record, cutoff: float | None = None) -> RunCheck:
     found += signs
     if motion and motion.initial_rest * clock.rate > 0.5 * window:
         found.append(_rest(record, motion))
+    if not record.columns:
+        text = "no channel beside time: nothing can be checked; add measured columns such as 'x_in [rad]'"
+        found.append(finding(record, "columns", "time", 0, record.time.size - 1, text))
+    elif not drive:
+        still = f"{', '.join(positions)}: no motion" if positions else "no channel is an angle or a length"
+        text = f"{still}; strokes, reversals and frequencies cannot be judged; log the drive's position, such as x_in"
+        coverage.append(finding(record, "coverage", "time", 0, record.time.size - 1, text))
     found.sort(key=lambda f: f.t0)
     t0, t1 = float(record.time[0]), float(record.time[-1])
     return RunCheck(

@@ -5,9 +5,23 @@ import os
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ.get("OPENBLAS_NUM_THREADS", "1")
 # Before numpy is loaded: the matrices of a fit are small, and BLAS threads that wait for each other cost several fits.
 
-from . import build, check, demo, diagnose, export, identify, list_models, reproduce, run, simulate, validate
+from . import (
+    build,
+    check,
+    demo,
+    diagnose,
+    export,
+    identify,
+    list_models,
+    report,
+    reproduce,
+    run,
+    simulate,
+    sweep,
+    validate,
+)
 from .app import app, main
 
-VERBS = (check, demo, build, validate, list_models, identify, diagnose, simulate, export, run, reproduce)
+VERBS = (check, demo, build, validate, list_models, identify, diagnose, simulate, export, run, reproduce, sweep, report)
 
 __all__ = ["VERBS", "app", "main"]

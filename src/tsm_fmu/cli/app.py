@@ -70,7 +70,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except Exception as failure:
         parser_message = getattr(failure, "format_message", None)
         if parser_message is not None:
-            return _say(_wrong_value(failure) or f"{parser_message()} -- see 'tsm-fmu --help'", 2)
+            wrong = parser_message().rstrip(".")
+            return _say(_wrong_value(failure) or f"{wrong} -- expected what the help lists -- see {_help(failure)}", 2)
         traceback.print_exc()
         return _say(f"internal error: {failure!r} -- a defect of ours, please report it with the lines above", 1)
     return 0
@@ -110,6 +111,11 @@ def _wrong_value(failure: Exception) -> str:
     expected = first["msg"].removeprefix("Input should be ").split(", unable")[0]
     expected = expected.rpartition(" is not ")[2].rstrip(".")
     return f"{name} {first['input']!r} -- expected {expected} -- correct it"
+
+
+def _help(failure: Exception) -> str:
+    context = getattr(failure, "ctx", None)
+    return f"'{context.command_path if context is not None else 'tsm-fmu'} --help'"
 
 
 def _say(message: str, code: int) -> int:

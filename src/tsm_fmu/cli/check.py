@@ -28,6 +28,8 @@ def check(
     """Columns, rate, gaps, glitches, quantisation, power sign, coverage: what is in this log."""
     (record,) = read_runs([run], ReadOptions.of(start, stop, maps, scales))
     result = check_record(record, cutoff)
+    if cutoff is not None and result.motion is None:
+        typer.echo(f"--cutoff {cutoff:g} Hz is not used: no position in {record.name} moves", err=True)
     if as_json:
         print_json(asdict(result))
         return
@@ -46,7 +48,8 @@ def _print(console: Console, result: RunCheck) -> None:
     for name, c in result.channels.items():
         steps = (f"{c.step:.6g}", f"{(c.highest - c.lowest) / c.step:.0f}") if c.step > 0.0 else ("none found", "")
         table.add_row(name, c.unit, f"{c.lowest:.6g}", f"{c.highest:.6g}", *steps, f"{c.noise:.3g}")
-    say(table)
+    if result.channels:
+        say(table)
     if m := result.motion:
         strokes = " / ".join(shown(x, m.unit) for x in m.amplitudes)
         speed, accel = max(map(abs, m.v)), max(map(abs, m.a))

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ..models.contract import InputError
+from ..record import cutoff_note
 from .app import app, print_json, settings
 from .model_argument import model_argument, number_settings
 from .runs import Cutoff, Holdout, Map, Measured, ReadOptions, Scale, Start, Stop, read_runs
@@ -37,7 +38,7 @@ def diagnose(
     cutoff: Cutoff = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
-    """Find the effect that a model misses; nothing, or "cannot tell", are answers too. Experimental, not calibrated."""
+    """Find the effect that a model misses; nothing, or "cannot tell", are answers too."""
     from ..diagnose.result import write_diagnosis
     from ..diagnose.workflow import diagnose as find
 
@@ -70,6 +71,8 @@ def diagnose(
     finally:
         if status is not None:
             status.stop()
+    for note in cutoff_note(cutoff, records, [v.name for v in chosen.kernel.inputs]):
+        typer.echo(note, err=True)
     if as_json:
         print_json(data)
     else:
@@ -77,11 +80,8 @@ def diagnose(
 
 
 def _print(found: Diagnosis, data: dict[str, Any]) -> None:
-    from ..diagnose.report import answer
-    from ..diagnose.result import gaps
-
     console = Console()
-    console.print(answer(found, gaps(found)))
+    console.print(data["answer"], soft_wrap=True)
     if found.candidates:
         table = Table("effect", "score", "closes, measured", "closes, held out")
         for c in found.candidates:

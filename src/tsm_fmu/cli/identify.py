@@ -32,6 +32,13 @@ class Method(StrEnum):
     PAPER = "paper"
 
 
+class IntervalMethod(StrEnum):
+    """Where the 95 % intervals come from."""
+
+    LINEAR = "linear"
+    PROFILE = "profile"
+
+
 @app.command("identify")
 def identify(
     model: Annotated[str, typer.Argument(metavar="MODEL[:PRESET][+EFFECT...]|CARD", help="What to fit, from where.")],
@@ -39,6 +46,12 @@ def identify(
     out: Annotated[Path, typer.Option(metavar="CARD", help="Model card to write (TOML).")],
     holdout: Holdout = [],  # noqa: B006  typer copies it
     method: Annotated[Method, typer.Option(help="fast: least squares; paper: genetic, then simplex.")] = Method.FAST,
+    single_start: Annotated[
+        bool, typer.Option("--single-start", help="Refine the start values only; try no others.")
+    ] = False,
+    intervals: Annotated[
+        IntervalMethod, typer.Option(help="linear: from standard errors; profile: of the error itself, slower.")
+    ] = IntervalMethod.LINEAR,
     set_: Annotated[list[str], typer.Option("--set", metavar="P=V", help="Start value [SI]; repeatable.")] = [],  # noqa: B006
     fix: Annotated[list[str], typer.Option(metavar="P", help="Parameter that is not fitted; repeatable.")] = [],  # noqa: B006
     shared: Annotated[
@@ -64,7 +77,7 @@ def identify(
     from ..identify.result import as_json as json_of
     from ..identify.result import model_card
     from ..identify.specification import fit_parameters, fit_run, measured_channels, per_run_fields
-    from ..record import kernel_inputs
+    from ..record import cutoff_note, kernel_inputs
 
     chosen = model_argument(model)
     extended = with_nuisance(chosen.kernel, chosen.effects, nuisance)
@@ -90,6 +103,8 @@ def identify(
             per_run=per_run_fields(kernel, shared, extended.per_run),
             holdout=runs[len(measured) :],
             method=method,
+            single_start=single_start,
+            intervals=intervals,
             seed=seed,
             progress=progress,
         )
@@ -99,7 +114,8 @@ def identify(
         from ..identify.page import write_fit_report
 
         write_fit_report(report, result, runs, records, extended.effects)
-    notes = kernel_inputs(records[0], kernel, cutoff).notes
+    inputs = [v.name for v in kernel.inputs]
+    notes = (*kernel_inputs(records[0], kernel, cutoff).notes, *cutoff_note(cutoff, records, inputs))
     if as_json:
         page = {} if report is None else {"report": str(report)}
         print_json({**json_of(result), "card": str(out), **page, "notes": list(notes)})
@@ -141,12 +157,15 @@ def _print(result: Fit, out: Path, notes: tuple[str, ...]) -> None:
     for note in notes:
         console.print(note)
     table = Table(title=f"{result.kernel.name}, method {result.method}", title_justify="left")
-    for heading in ("parameter", "value", "standard error", "unit", ""):
+    for heading in ("parameter", "value", "standard error", "95 % interval", "unit", ""):
         table.add_column(heading)
     for variable in result.kernel.parameters:
         p = result.parameters[variable.field]
         error = "" if p.stderr is None else f"{p.stderr:.2g}"
-        table.add_row(variable.name, f"{p.value:.6g}", error, variable.quantity.unit, _remark(result, variable))
+        interval = " to ".join(f"{end:.4g}" for end in result.intervals.get(variable.field, ()))
+        table.add_row(
+            variable.name, f"{p.value:.6g}", error, interval, variable.quantity.unit, _remark(result, variable)
+        )
     console.print(table)
     scores = Table("run", "role", "channel", "RMSE", "peak to peak of error", "RMSE/std")
     for name, run in result.runs.items():

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from ..kernel import Kernel
 from ..models.contract import InputError
-from ..record import Record, kernel_inputs
+from ..record import Record, cutoff_note, kernel_inputs
 from .app import app, print_json, settings
 from .model_argument import model_argument, number_settings
 from .outputs import check_output_file
@@ -35,7 +35,7 @@ def simulate(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Replay a record; RMSE and peak-to-peak error of every output that was measured."""
-    from ..cosim.replay import agreement, replay
+    from ..cosim.replay import agreement, check_measured, replay
     from ..cosim.trajectory import SimulationInterrupted, SimulationStopped, Trajectory, write_trajectory
 
     check_output_file(out, (".csv", ".csv.gz", ".parquet"), [measured], make_folder=True)
@@ -46,17 +46,18 @@ def simulate(
         try:
             result = replay(Path(what), record, parameters=settled, cutoff=cutoff)
         except (SimulationStopped, SimulationInterrupted) as early:
-            raise early.kept(write_trajectory(out, early.trajectory)) from early
+            raise early.keep(out) from early
     else:
         model, p = _model(what, record, settled)
+        units = {v.name: v.quantity.unit for v in model.outputs}
+        check_measured(record, units)
         inputs = kernel_inputs(record, model, cutoff)
         y = model.simulate(p, record.time, inputs.values)
         columns = {v.name: y[:, k] for k, v in enumerate(model.outputs)}
-        for note in inputs.notes:
-            typer.echo(note, err=True)
-        result = Trajectory(record.time, columns, {v.name: v.quantity.unit for v in model.outputs})
+        notes = (*inputs.notes, *cutoff_note(cutoff, [record], [v.name for v in model.inputs]))
+        result = Trajectory(record.time, columns, units, messages=notes)
     wall = time.perf_counter() - begun
-    channels = agreement(result.time, result.columns, record, result.units)
+    channels = agreement(result.time, result.columns, record)
     write_trajectory(out, result)
     for line in result.messages:
         typer.echo(line, err=True)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..models.contract import InputError
+from .description import describe
 from .master import simulate_system
 from .ssp import Case
 from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
@@ -26,7 +27,9 @@ def with_values(cases: Mapping[str, Case], values: Mapping[str, str]) -> dict[st
         component = address.partition(".")[0]
         if not any(c.name == component for system, _ in cases.values() for c in system.components):
             names = {c.name: None for system, _ in cases.values() for c in system.components}
-            raise InputError(f"{address!r} -- expected component.variable with one of {', '.join(names)}")
+            raise InputError(
+                f"{address!r} -- expected component.variable with one of {', '.join(names)} -- correct the name"
+            )
     return {
         name: (
             system.with_values(
@@ -48,7 +51,7 @@ def chosen(cases: Mapping[str, Case], names: Sequence[str]) -> dict[str, Case]:
     """
     for name in names:
         if name not in cases:
-            raise InputError(f"case {name!r} -- expected one of {', '.join(cases)}")
+            raise InputError(f"case {name!r} -- expected one of {', '.join(cases)} -- correct the name")
     return {name: case for name, case in cases.items() if not names or name in names}
 
 
@@ -59,9 +62,13 @@ def run_cases(
 
     Raises
     ------
+    InputError
+        Cases that share a table but differ in start or step, or a tracking error that is no angle.
     SimulationStopped, SimulationInterrupted
-        With `trajectory` in the form of `joined`: all cases until then, cut to the rows of the last.
+        With `trajectory` in the form of `joined`: all cases until then, cut to the rows of the last; without the
+        last where it has not begun.
     """
+    _check_cases(cases)
     done: dict[str, Trajectory] = {}
     for name, (system, experiment) in cases.items():
         present = {c.name for c in system.components}
@@ -78,10 +85,36 @@ def run_cases(
             )
         except SimulationStopped as stopped:
             reason = str(stopped) if len(cases) == 1 else f"case {name}: {stopped}"
-            raise SimulationStopped(reason, joined({**done, name: stopped.trajectory})) from stopped
+            raise SimulationStopped(reason, _until_then(done, name, stopped.trajectory)) from stopped
         except SimulationInterrupted as interrupted:
-            raise SimulationInterrupted(joined({**done, name: interrupted.trajectory})) from interrupted
+            raise SimulationInterrupted(_until_then(done, name, interrupted.trajectory)) from interrupted
     return done
+
+
+def _check_cases(cases: Mapping[str, Case]) -> None:
+    """What would otherwise be found only after the simulations."""
+    timing = {name: f"{e.start:g} s with step {e.step:g} s" for name, (_, e) in cases.items()}
+    first = next(iter(timing), "")
+    for name, (system, experiment) in cases.items():
+        if timing[name] != timing[first]:
+            raise InputError(
+                f"case {name} starts at {timing[name]}, case {first} at {timing[first]} -- expected the same in one "
+                f"table -- set --step, or run it alone with --case {name}"
+            )
+        component, _, variable = experiment.tracking_error.partition(".")
+        fmu = next((c.fmu for c in system.components if c.name == component), None)
+        port = describe(fmu).ports.get(variable) if fmu is not None else None
+        if port is not None and port.unit not in ("", "1", "rad"):
+            raise InputError(
+                f"tracking error {experiment.tracking_error} of case {name} is in {port.unit} -- expected rad "
+                "-- name another signal, or none"
+            )
+
+
+def _until_then(done: Mapping[str, Trajectory], name: str, last: Trajectory) -> Trajectory:
+    if done and last.time.size < 2:
+        return replace(joined(done), incomplete=last.incomplete)
+    return joined({**done, name: last})
 
 
 def joined(runs: Mapping[str, Trajectory], decimation: int = 1) -> Trajectory:

@@ -173,18 +173,23 @@ class FmuInstance:
             self._attempt(self._fmu.enterInitializationMode, "enterInitializationMode", start)
         self._stage = "initialising"
 
-    def check_start(self, time: float) -> None:
-        """Stop at the FMU whose inputs are finite and whose outputs are not: the cause, not one that follows it."""
+    @property
+    def finite_outputs(self) -> bool:
+        """Whether all numbers in the output buffers are finite."""
+        return all(math.isfinite(v) for block in self.outputs if block.real for v in block.values)
+
+    def not_started(self, time: float) -> FmuFailure | None:
+        """The failure, if outputs are not finite although all inputs are: the cause, not one that follows it."""
         wrong, given = (
             [n for b in blocks if b.real for n, v in zip(b.names, b.values, strict=True) if not math.isfinite(v)]
             for blocks in (self.outputs, self.inputs)
         )
-        if wrong and not given:
-            self._stage = "failed"
-            raise FmuFailure(
-                f"FMU {self.name} ({self.description.path.name}) has no finite {', '.join(wrong)} at t = {time:g} s: "
-                f"{self.last_log or 'it logged nothing'} -- check its inputs and parameters"
-            )
+        if not wrong or given:
+            return None
+        return FmuFailure(
+            f"FMU {self.name} ({self.description.path.name}) has no finite {', '.join(wrong)} at t = {time:g} s: "
+            f"{self._reason('finite outputs')}"
+        )
 
     def exit_initialization(self, time: float) -> None:
         """Leave initialisation mode: the outputs are now those at the start."""
@@ -278,9 +283,13 @@ class FmuInstance:
         label = STATUS[status] if 0 <= status < len(STATUS) else f"status {status}"
         at = "" if time is None or math.isnan(time) else f" at t = {time:g} s"
         raise FmuFailure(
-            f"FMU {self.name} ({self.description.path.name}) returned {label} from {what}{at}: "
-            f"{self.last_log or 'it logged nothing'} -- expected OK -- check its inputs and parameters"
+            f"FMU {self.name} ({self.description.path.name}) returned {label} from {what}{at}: {self._reason('OK')}"
         )
+
+    def _reason(self, expected: str) -> str:
+        """The last log line, with what was expected and what to do unless the FMU says that itself."""
+        said = self.last_log or "it logged nothing"
+        return said if said.count(" -- ") > 1 else f"{said} -- expected {expected} -- check its inputs and parameters"
 
     def _log_fmi3(self, _environment: Any, status: int, _category: bytes, message: bytes) -> None:
         _remember(self._log, status, message)

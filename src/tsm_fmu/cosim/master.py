@@ -75,9 +75,9 @@ def simulate_system(
     """
     steps = _steps(start, stop, step)
     if method not in METHODS:
-        raise InputError(f"method {method!r} -- expected one of {', '.join(METHODS)}")
+        raise InputError(f"method {method!r} -- expected one of {', '.join(METHODS)} -- choose one")
     if decimation < 1:
-        raise InputError(f"decimation {decimation!r} -- expected 1 or more")
+        raise InputError(f"decimation {decimation!r} -- expected 1 or more -- give 1 to record every point")
     wiring = check_system(system)
     plan = schedule(wiring)
     selection = select(wiring, record)
@@ -107,7 +107,9 @@ def simulate_system(
 
 def _steps(start: float, stop: float, step: float) -> int:
     if not (math.isfinite(start) and math.isfinite(stop) and math.isfinite(step) and step > 0.0 and stop > start):
-        raise InputError(f"start {start!r}, stop {stop!r}, step {step!r} s -- expected start < stop and step > 0")
+        raise InputError(
+            f"start {start!r}, stop {stop!r}, step {step!r} s -- expected start < stop and step > 0 -- correct them"
+        )
     if not (stop - start) / step <= MOST_STEPS:
         raise InputError(
             f"stop {stop!r} s with step {step!r} s from {start!r} s -- expected at most {MOST_STEPS:.0e} steps "
@@ -116,8 +118,8 @@ def _steps(start: float, stop: float, step: float) -> int:
     steps = round((stop - start) / step)
     if steps < 1 or abs(steps * step - (stop - start)) > 1e-6 * step:
         raise InputError(
-            f"stop {stop!r} s with step {step!r} s from {start!r} s -- expected a whole number of steps, for example "
-            f"stop {start + max(steps, 1) * step:g} s"
+            f"stop {stop!r} s with step {step!r} s from {start!r} s -- expected a whole number of steps -- set for "
+            f"example stop {start + max(steps, 1) * step:g} s"
         )
     return steps
 
@@ -164,6 +166,8 @@ def _initialise(
         instance.enter_initialization(start, None)
     for instance in instances.values():
         instance.get_outputs(start)
+    # with its own start values as inputs; round a loop one that has failed would leave none with finite inputs
+    alone = {name: instance.not_started(start) for name, instance in instances.items()}
     for _ in range(len(instances) + 1):
         before = [bytes(block.values) for i in instances.values() for block in i.inputs]
         for name in plan.components:
@@ -172,8 +176,9 @@ def _initialise(
             instances[name].get_outputs(start)
         if before == [bytes(block.values) for i in instances.values() for block in i.inputs]:
             break
-    for instance in instances.values():
-        instance.check_start(start)
+    for name, instance in instances.items():
+        if failure := instance.not_started(start) or (alone[name] if not instance.finite_outputs else None):
+            raise failure
     for name in plan.components:
         _move(transfers[name])
         instances[name].set_inputs(start)

@@ -30,11 +30,13 @@ def select(wiring: Wiring, wanted: Sequence[str] | None) -> dict[str, tuple[str,
         description = wiring.descriptions.get(component)
         if description is None or (dot and variable not in description.ports):
             known = wiring.descriptions if description is None else [f"{component}.{n}" for n in description.ports]
-            raise InputError(f"record {address!r} -- expected one of {', '.join(known)}")
+            raise InputError(f"record {address!r} -- expected one of {', '.join(known)} -- correct the name")
         ports = [description.ports[variable]] if dot else [p for p in description.outputs if p.kind != "String"]
         for port in ports:
             if port.kind == "String":
-                raise InputError(f"record {address!r} is a text -- expected a Real, Integer or Boolean variable")
+                raise InputError(
+                    f"record {address!r} is a text -- expected a Real, Integer or Boolean variable -- leave it out"
+                )
             found[f"{component}.{port.name}"] = (component, port.name)
     return found
 

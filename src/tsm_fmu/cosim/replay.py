@@ -7,7 +7,7 @@ t_k+1. The first row is the one of initialisation. Results are thus not one samp
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..identify import scores
 from ..models.contract import InputError, Quantity, Variable
-from ..record import Record, kernel_inputs
+from ..record import Record, cutoff_note, kernel_inputs
 from ..units import unit_to_si
 from .description import Description, describe
 from .fmu_instance import FmuFailure, FmuInstance
@@ -48,12 +48,14 @@ def replay(
     Returns
     -------
     Trajectory
-        All outputs by variable name, SI, one row for each row of the record.
+        All outputs by variable name, SI, one row for each row of the record; its messages begin with what was
+        derived.
 
     Raises
     ------
     InputError
-        Inputs missing from the record or not Real, or uneven sampling for an FMU that needs equal steps.
+        Inputs missing from the record or not Real, uneven sampling for an FMU that needs equal steps, or a measured
+        output in a unit of something else.
     SimulationStopped, SimulationInterrupted
         As in `simulate_system`.
     """
@@ -61,7 +63,9 @@ def replay(
     wiring = check_system(_alone(name, Path(fmu), record, parameters or {}))
     component, description = wiring.system.components[0], wiring.descriptions[name]
     driven = [p.name for p in description.inputs if p.name not in (parameters or {})]
-    rows = _rows(description, driven, record, cutoff).tolist()
+    check_measured(record, {p.name: _si(p.unit) for p in description.outputs})
+    rows, notes = _rows(description, driven, record, cutoff)
+    rows = rows.tolist()
     steps = _steps(description, record).tolist()
     selection = select(wiring, None)
     with (
@@ -92,33 +96,40 @@ def replay(
                     recorder.store(time[k + 1])
                     if interrupted():
                         raise SimulationInterrupted(_in_si(recorder.trajectory("interrupted")))
-            return _in_si(recorder.finished())
+            run = _in_si(recorder.finished())
+            return replace(run, messages=(*notes, *run.messages))
         except FmuFailure as failure:
             raise SimulationStopped(str(failure), _in_si(recorder.trajectory(str(failure)))) from failure
 
 
-def agreement(
-    time: FloatArray, columns: Mapping[str, FloatArray], record: Record, units: Mapping[str, str] | None = None
-) -> dict[str, scores.Agreement]:
-    """Compare simulated channels with those of the same name in the record, row by row.
+def check_measured(record: Record, units: Mapping[str, str]) -> None:
+    """Raise `InputError` where a channel of the record does not measure what the output of its name gives.
 
-    With ``units`` of the columns, each must measure what the record's channel does; 1 passes, an FMU need not
-    declare a unit.
+    ``units`` are SI units of the outputs; 1 passes, an FMU need not declare a unit. Called before a simulation.
+    """
+    for name in record.columns:
+        if units.get(name, "1") != "1":
+            record.require(name, units[name])
+
+
+def agreement(time: FloatArray, columns: Mapping[str, FloatArray], record: Record) -> dict[str, scores.Agreement]:
+    """Compare simulated channels with those of the same name in the record (`check_measured`), row by row.
 
     Raises
     ------
     InputError
-        If the rows differ in number, or a measured channel is in a unit of something else.
+        If the rows differ in number.
     """
     if time.size != record.time.size:
-        raise InputError(f"{time.size} simulated rows for {record.time.size} of {record.name} -- expected as many")
-    found = {}
-    for name, simulated in columns.items():
-        if name in record.columns:
-            unit = units[name] if units else "1"
-            measured = record.columns[name] if unit == "1" else record.require(name, unit)
-            found[name] = scores.agreement(record.units[name], [measured], [simulated - measured])
-    return found
+        raise InputError(
+            f"{time.size} simulated rows for {record.time.size} of {record.name} -- expected as many "
+            "-- compare with the record that was replayed"
+        )
+    return {
+        name: scores.agreement(record.units[name], [record.columns[name]], [simulated - record.columns[name]])
+        for name, simulated in columns.items()
+        if name in record.columns
+    }
 
 
 def _alone(name: str, fmu: Path, record: Record, parameters: Mapping[str, Value]) -> System:
@@ -141,18 +152,22 @@ class _Inputs:
     inputs: tuple[Variable, ...]
 
 
-def _rows(description: Description, driven: list[str], record: Record, cutoff: float | None) -> FloatArray:
+def _rows(
+    description: Description, driven: list[str], record: Record, cutoff: float | None
+) -> tuple[FloatArray, tuple[str, ...]]:
     variables = []
     for name in driven:
         port = description.ports[name]
         unit = port.unit or record.units.get(name, "1")
         variables.append(Variable(name, name, float, 0.0, Quantity(unit, "")))
-    values: Any = kernel_inputs(record, _Inputs(tuple(variables)), cutoff).values  # pyright: ignore[reportArgumentType]
+    inputs: Any = _Inputs(tuple(variables))
+    found = kernel_inputs(record, inputs, cutoff)
+    values = found.values
     for column, variable in enumerate(variables):
         unit = unit_to_si(variable.quantity.unit)
         if (unit.factor, unit.offset) != (1.0, 0.0):
             values[:, column] = (values[:, column] - unit.offset) / unit.factor
-    return values
+    return values, (*found.notes, *cutoff_note(cutoff, [record], driven))
 
 
 def _steps(description: Description, record: Record) -> FloatArray:
@@ -167,6 +182,14 @@ def _steps(description: Description, record: Record) -> FloatArray:
             f"{record.time[worst]:g} s among steps of {step:g} s -- expected even sampling -- resample the log"
         )
     return np.full(steps.size, step)
+
+
+def _si(unit: str) -> str:
+    """The SI unit; 1 for an FMU's own unit that pint does not know, and for none."""
+    try:
+        return unit_to_si(unit or "1").si
+    except InputError:
+        return "1"
 
 
 def _in_si(run: Trajectory) -> Trajectory:

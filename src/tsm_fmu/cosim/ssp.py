@@ -20,7 +20,7 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]
 from ..models.contract import InputError
 from ..units import unit_to_si
 from .description import Description, describe
-from .system import Component, Connection, Experiment, System, Value, typed_value
+from .system import Component, Connection, Experiment, System, Value, typed_value, unknown_variable
 from .unpack import unpacked
 
 Case = tuple[System, Experiment]
@@ -58,7 +58,9 @@ def write_ssp(path: Path, cases: Mapping[str, Case]) -> Path:
             for fmu, member in resources.items():
                 _add(archive, member, fmu.read_bytes())
     except OSError as failure:
-        raise InputError(f"{path} cannot be written ({failure.strerror}) -- choose another place") from failure
+        raise InputError(
+            f"{path} -- expected a file that can be written ({failure.strerror}) -- choose another place"
+        ) from failure
     return path
 
 
@@ -73,7 +75,7 @@ def open_ssp(path: Path) -> Iterator[dict[str, Case]]:
         mappings, components that are not FMUs): each named.
     """
     if not path.is_file():
-        raise InputError(f"SSP {path} -- expected an existing .ssp file")
+        raise InputError(f"SSP {path} -- expected an existing .ssp file -- check the path")
     with unpacked(path, "SSP") as folder:
         files = sorted(folder.glob("*.ssd"), key=lambda f: (f.name != "SystemStructure.ssd", f.name))
         if not files or files[0].name != "SystemStructure.ssd":
@@ -161,7 +163,7 @@ def _write_parameters(node: Any, component: Component, description: Description)
     for name, value in component.parameters.items():
         port = description.ports.get(name)
         if port is None:
-            raise InputError(f"start value '{component.name}.{name}': {description.path.name} has no such variable")
+            raise unknown_variable(component.name, description, name)
         value = typed_value(f"{component.name}.{name}", port, value)
         text = (
             str(value).lower() if isinstance(value, bool) else repr(value) if isinstance(value, float) else str(value)
@@ -187,16 +189,21 @@ def _parse(path: Path, file: Path) -> Any:
         parser = etree.XMLParser(resolve_entities=False, no_network=True)
         root = etree.parse(file, parser).getroot()
     except (etree.XMLSyntaxError, OSError) as failure:
-        raise InputError(f"SSP {path}: {file.name} is not XML ({failure}) -- export it again") from failure
+        reason = " ".join(str(failure).split())
+        raise InputError(
+            f"SSP {path}: {file.name} cannot be read ({reason}) -- expected XML -- export it again"
+        ) from failure
     if etree.QName(root).localname not in ("SystemStructureDescription", "ParameterSet"):
-        raise InputError(f"SSP {path}: {file.name} has the root {root.tag!r} -- expected an SSP 1.0 description")
+        raise InputError(
+            f"SSP {path}: {file.name} has the root {root.tag!r} -- expected an SSP 1.0 description -- export it again"
+        )
     return root
 
 
 def _case(path: Path, folder: Path, root: Any) -> Case:
     body = root.find(f"{SSD}System")
     if body is None:
-        raise InputError(f"SSP {path} has no System element in the SSP 1.0 namespace -- export it as SSP 1.0")
+        raise InputError(f"SSP {path} has no System element -- expected one of SSP 1.0 -- export it as SSP 1.0")
     _refuse(path, body, f"{SSD}Elements/{SSD}System", "nested system", "flatten it")
     _refuse(path, body, f"{SSD}Elements/{SSD}SignalDictionaryReference", "signal dictionary", "connect directly")
     _refuse(path, body, f".//{SSD}ParameterMapping", "parameter mapping", "name the variables themselves")
@@ -245,7 +252,9 @@ def _values(path: Path, folder: Path, binding: Any) -> dict[str, Value]:
     for parameter in [] if table is None else table.iterfind(f"{SSV}Parameters/{SSV}Parameter"):
         value = next((child.get("value") for child in parameter if child.get("value") is not None), None)
         if value is None or not parameter.get("name"):
-            raise InputError(f"SSP {path}: parameter {parameter.get('name')!r} without a value -- export it again")
+            raise InputError(
+                f"SSP {path}: parameter {parameter.get('name')!r} -- expected a name and a value -- export it again"
+            )
         found[prefix + parameter.get("name")] = value
     return found
 
@@ -260,7 +269,8 @@ def _connection(path: Path, node: Any) -> Connection:
     for child in node:
         if etree.QName(child).localname.endswith("MappingTransformation"):
             raise InputError(
-                f"SSP {path}: connection {source} -> {target} has a value mapping -- expected a linear one"
+                f"SSP {path}: connection {source} -> {target} has a value mapping -- expected a linear one "
+                "-- put an FMU that maps the values between"
             )
     linear = node.find(f"{SSC}LinearTransformation")
     linear = {} if linear is None else linear.attrib

@@ -74,7 +74,8 @@ class System:
             component, dot, variable = address.partition(".")
             if not dot or component not in changed:
                 raise InputError(
-                    f"{address!r} in system {self.name} -- expected component.variable with one of {', '.join(names)}"
+                    f"{address!r} in system {self.name} -- expected component.variable with one of {', '.join(names)} "
+                    "-- correct the name"
                 )
             changed[component][variable] = value
         return replace(self, components=tuple(replace(c, parameters=changed[c.name]) for c in self.components))
@@ -184,14 +185,15 @@ def _port(address: str, side: str, descriptions: Mapping[str, Description]) -> t
     component, dot, variable = address.partition(".")
     if not dot or component not in descriptions:
         raise InputError(
-            f"{side} {address!r} of a connection -- expected component.variable with one of {', '.join(descriptions)}"
+            f"{side} {address!r} of a connection -- expected component.variable with one of {', '.join(descriptions)} "
+            "-- correct the name"
         )
     description = descriptions[component]
     if variable not in description.ports:
         names = [p.name for p in (description.outputs if side == "source" else description.inputs)]
         raise InputError(
             f"{side} {address!r} of a connection: {description.path.name} has no variable {variable!r} -- expected "
-            f"one of {', '.join(names) or 'none at all'}"
+            f"one of {', '.join(names) or 'none at all'} -- correct the name"
         )
     return component, description.ports[variable]
 
@@ -211,7 +213,8 @@ def _link(connection: Connection, descriptions: Mapping[str, Description]) -> Li
         )
     if not (math.isfinite(connection.factor) and math.isfinite(connection.offset)):
         raise InputError(
-            f"{text} has factor {connection.factor!r} and offset {connection.offset!r} -- expected finite numbers"
+            f"{text} has factor {connection.factor!r} and offset {connection.offset!r} -- expected finite numbers "
+            "-- correct them"
         )
     if source.kind != "Real":
         if (connection.factor, connection.offset) != (1.0, 0.0):
@@ -256,14 +259,21 @@ def _start_value(component: str, description: Description, name: str, value: Val
     address = f"{component}.{name}"
     port = description.ports.get(name)
     if port is None:
-        settable = [p.name for p in description.ports.values() if p.causality in ("parameter", "input")]
-        raise InputError(
-            f"start value {address!r}: {description.path.name} has no such variable -- expected one of "
-            f"{', '.join(settable)}"
-        )
+        raise unknown_variable(component, description, name)
     if port.causality in ("output", "independent", "calculatedParameter") or port.variability == "constant":
-        raise InputError(f"start value {address!r} is {_article(port.causality)} -- expected a parameter or an input")
+        raise InputError(
+            f"start value {address!r} is {_article(port.causality)} -- expected a parameter or an input -- leave it out"
+        )
     return typed_value(address, port, value)
+
+
+def unknown_variable(component: str, description: Description, name: str) -> InputError:
+    """The error for a start value of a variable that the FMU does not have."""
+    settable = [p.name for p in description.ports.values() if p.causality in ("parameter", "input")]
+    return InputError(
+        f"start value '{component}.{name}': {description.path.name} has no such variable -- expected one of "
+        f"{', '.join(settable) or 'none at all'} -- correct the name"
+    )
 
 
 def typed_value(address: str, port: Port, value: Value) -> Value:
@@ -291,7 +301,7 @@ def typed_value(address: str, port: Port, value: Value) -> Value:
         pass
     wanted = {"Real": "a finite number", "Integer": "an integer", "Boolean": "true or false", "String": "a text"}
     unit = f" [{port.unit}]" if port.unit else ""
-    raise InputError(f"start value {address} = {value!r} -- expected {wanted[port.kind]}{unit}")
+    raise InputError(f"start value {address} = {value!r} -- expected {wanted[port.kind]}{unit} -- correct it")
 
 
 def _check_inputs(

@@ -29,7 +29,7 @@ class Trajectory:
     incomplete : str
         Why the run stopped early; empty if it did not.
     messages : tuple of str
-        What the FMUs logged above the status OK.
+        What the FMUs logged above the status OK, and what was derived for them.
     """
 
     time: NDArray[np.float64]
@@ -46,9 +46,9 @@ class SimulationStopped(InputError):
         super().__init__(message)
         self.trajectory = trajectory
 
-    def kept(self, path: Path) -> SimulationStopped:
-        """The same, saying where the rows are."""
-        return SimulationStopped(f"{self}; {self.trajectory.time.size} rows kept in {path}", self.trajectory)
+    def keep(self, path: Path) -> SimulationStopped:
+        """Write the rows as `write_trajectory` does; the same error, saying where they are."""
+        return SimulationStopped(f"{self}{_keep(path, self.trajectory)}", self.trajectory)
 
 
 class SimulationInterrupted(KeyboardInterrupt):
@@ -58,9 +58,16 @@ class SimulationInterrupted(KeyboardInterrupt):
         super().__init__(message)
         self.trajectory = trajectory
 
-    def kept(self, path: Path) -> SimulationInterrupted:
-        """The same, saying where the rows are."""
-        return SimulationInterrupted(self.trajectory, f"{self}; {self.trajectory.time.size} rows kept in {path}")
+    def keep(self, path: Path) -> SimulationInterrupted:
+        """Write the rows as `write_trajectory` does; the same error, saying where they are."""
+        return SimulationInterrupted(self.trajectory, f"{self}{_keep(path, self.trajectory)}")
+
+
+def _keep(path: Path, trajectory: Trajectory) -> str:
+    """Write what was computed, if more than the row of the start was; say where."""
+    if trajectory.time.size < 2:
+        return ""
+    return f"; {trajectory.time.size} rows kept in {write_trajectory(path, trajectory)}"
 
 
 def write_trajectory(path: Path, trajectory: Trajectory) -> Path:

@@ -1,4 +1,4 @@
-"""The two plots that every report uses: something over time, and a loop of output over input."""
+"""The plots that reports use: something over time, a loop of output over input, means with intervals."""
 
 from __future__ import annotations
 
@@ -17,12 +17,39 @@ COLOURS = ("#0b5cad", "#d1495b", "#2a8f5b", "#b8860b", "#6a4c93", "#444444")
 
 @dataclass(frozen=True)
 class Line:
-    """One line: name and values; ``dashed`` for what was measured or asked for."""
+    """One line: name and values; ``dashed`` for what was measured or asked for; ``colour`` keeps one across figures."""
 
     name: str
     x: ArrayLike
     y: ArrayLike
     dashed: bool = False
+    colour: int | None = None
+
+
+@dataclass(frozen=True)
+class Band:
+    """Means with an interval, as a line with a shaded band."""
+
+    name: str
+    x: ArrayLike
+    mean: ArrayLike
+    low: ArrayLike
+    high: ArrayLike
+
+
+def band_figure(bands: Sequence[Band], title: str, x_label: str, y_label: str) -> go.Figure:
+    """Means over a coordinate with their intervals."""
+    figure = _figure([], title, x_label, y_label, height=380)
+    for number, band in enumerate(bands):
+        colour = COLOURS[number % len(COLOURS)]
+        x, low, high = (np.asarray(y, dtype=float) for y in (band.x, band.low, band.high))
+        outline = {"x": np.concatenate([x, x[::-1]]), "y": np.concatenate([high, low[::-1]])}
+        shade = {"fill": "toself", "fillcolor": colour, "opacity": 0.18, "line": {"width": 0}, "hoverinfo": "skip"}
+        figure.add_trace(go.Scatter(**outline, **shade, showlegend=False, mode="lines"))
+        style = {"mode": "lines+markers", "line": {"color": colour, "width": 1.8}, "marker": {"size": 5}}
+        figure.add_trace(go.Scatter(x=x, y=band.mean, name=band.name, **style, showlegend=bool(band.name)))
+    figure.add_hline(y=0.0, line={"color": "#8a949c", "width": 1})
+    return figure
 
 
 def time_figure(lines: Sequence[Line], title: str, unit: str) -> go.Figure:
@@ -39,7 +66,8 @@ def _figure(lines: Sequence[Line], title: str, x_label: str, y_label: str, heigh
     figure = go.Figure()
     for number, line in enumerate(lines):
         x, y = _thinned(np.asarray(line.x, dtype=float), np.asarray(line.y, dtype=float))
-        style = {"color": COLOURS[number % len(COLOURS)], "width": 1.6, "dash": "dot" if line.dashed else "solid"}
+        colour = COLOURS[(number if line.colour is None else line.colour) % len(COLOURS)]
+        style = {"color": colour, "width": 1.6, "dash": "dot" if line.dashed else "solid"}
         figure.add_trace(go.Scatter(x=x, y=y, name=line.name, mode="lines", line=style))
     figure.update_layout(
         title={"text": title, "font": {"size": 15}},

@@ -9,12 +9,23 @@ from scipy.interpolate import Akima1DInterpolator
 
 from ..kernel import kernel
 from ..models.lebus_geometry import wheel_friction
+from ..papers import (
+    CASES,
+    DEVIATION_MM,
+    DIFFERENCE_MM,
+    FORWARD_MM,
+    NAMES,
+    PRELOAD_N,
+    PRESSURE_N,
+    RESIDUAL_REVERSE_MM,
+    REVERSE_MM,
+    TENSION_N,
+    WEIGHT_N,
+)
 from . import ame2020_transmission
 from .ame2020_drive import (
     MODEL,
-    NAMES,
     STRENGTH_N_TEX,
-    WEIGHT,
     printed_error,
     profile_integral,
     stiffness_band,
@@ -30,17 +41,7 @@ from .ame2020_figures import (
 )
 from .ame2020_winding import rows_of_eq4, winding_position
 from .claims import Claim, Condition, Reported, Span, Verdict, number_claim, open_claim, statement_claim
-from .numbers import (
-    CASES,
-    DEVIATION_MM,
-    DIFFERENCE_MM,
-    FORWARD_MM,
-    PRELOAD_N,
-    PRESSURE_N,
-    REPORTED,
-    REVERSE_MM,
-    TENSION_N,
-)
+from .numbers import REPORTED
 from .result import PaperResult
 
 
@@ -195,9 +196,9 @@ def _lugre() -> list[Claim]:
     p = k.params("published")
     low, _ = stiffness_band()
     length = kernel(MODEL).params("published").L_1
-    per_weight = p.F_c / WEIGHT["m05_180"]
-    effect = {case: 1e3 * per_weight * WEIGHT[case] * length / low for case in ("m05_180", "m10_540")}
-    left = 1.59
+    per_weight = p.F_c / WEIGHT_N["m05_180"]
+    effect = {case: 1e3 * per_weight * WEIGHT_N[case] * length / low for case in ("m05_180", "m10_540")}
+    left = max(RESIDUAL_REVERSE_MM)
     v = 0.05
     spike = 1e3 * p.sigma1 * v
     strength = STRENGTH_N_TEX[1] * tex()

@@ -13,20 +13,12 @@ from scipy.optimize import minimize_scalar
 from ..kernel import kernel
 from ..models.capstan import tension_integral
 from ..models.lebus_rig import rig
+from ..papers import CASES, FORWARD_MM, WEIGHT_N
 from .motions import FloatArray
-from .numbers import CASES, FORWARD_MM
 
 MODEL = "LebusTransmission"
 STROKE = 0.785
 """[m]"""
-WEIGHT = {"m05_180": 0.5 * 9.81, "m05_540": 0.5 * 9.81, "m10_180": 9.81, "m10_540": 9.81}
-"""Load m g [N]."""
-NAMES = {
-    "m05_180": "0.5 kg, 180 deg",
-    "m05_540": "0.5 kg, 540 deg",
-    "m10_180": "1 kg, 180 deg",
-    "m10_540": "1 kg, 540 deg",
-}
 MODULUS_N_TEX = (91.0, 140.0)
 STRENGTH_N_TEX = (2.8, 4.0)
 DENSITY_KG_M3 = 975.0
@@ -63,13 +55,13 @@ def drive(p: Any, s_in: ArrayLike, load: ArrayLike) -> dict[str, FloatArray]:
 def forward_error(case: str, rows: int = 2, **values: float) -> FloatArray:
     """Error [mm] over the forward stroke."""
     s = np.linspace(0.0, STROKE, rows)
-    return 1e3 * (s - drive(parameters(case, **values), s, WEIGHT[case])["s_out"])
+    return 1e3 * (s - drive(parameters(case, **values), s, WEIGHT_N[case])["s_out"])
 
 
 def cycle(case: str, *, changes_sides: bool, rows: int = 150, **values: float) -> tuple[FloatArray, FloatArray]:
     """Driver and follower travel [m] there and back; the weight stays on tendon a or changes to b at the turn."""
     s = np.concatenate([np.linspace(0.0, STROKE, rows), np.linspace(STROKE, 0.3, rows)[1:]])
-    load = np.where(np.arange(s.size) < rows, 1.0, -1.0 if changes_sides else 1.0) * WEIGHT[case]
+    load = np.where(np.arange(s.size) < rows, 1.0, -1.0 if changes_sides else 1.0) * WEIGHT_N[case]
     return s, drive(parameters(case, **values), s, load)["s_out"]
 
 
@@ -82,7 +74,7 @@ def there_back_there(case: str, rows: int = 200) -> tuple[FloatArray, FloatArray
     leg = np.linspace(0.0, STROKE, rows)
     s = np.concatenate([leg, STROKE - leg[1:], leg[1:]])
     hangs = np.where(leg[1:] >= p.slack, 1.0, 0.0)
-    load = np.concatenate([np.ones(rows), -hangs, hangs]) * WEIGHT[case]
+    load = np.concatenate([np.ones(rows), -hangs, hangs]) * WEIGHT_N[case]
     return s, drive(p, s, load)["s_out"]
 
 
@@ -95,7 +87,7 @@ def lost_motion(case: str, *, changes_sides: bool, **values: float) -> float:
 
 def tension_at_driver(case: str) -> float:
     """T_a0 [N] while pulling."""
-    return float(drive(parameters(case), [0.0, STROKE], WEIGHT[case])["T_a"][-1])
+    return float(drive(parameters(case), [0.0, STROKE], WEIGHT_N[case])["T_a"][-1])
 
 
 def profile_integral(case: str) -> float:
@@ -132,7 +124,7 @@ def compensated_error(case: str, rows: int = 40, **values: float) -> tuple[Float
     k = kernel("LebusCompensator")
     radius = p.D / 2.0
     wanted = np.concatenate([np.linspace(0.0, STROKE, rows), np.linspace(STROKE, 0.2, rows)[1:]])
-    force = np.where(np.arange(wanted.size) < rows, 1.0, -1.0) * WEIGHT[case]
+    force = np.where(np.arange(wanted.size) < rows, 1.0, -1.0) * WEIGHT_N[case]
     time = 0.02 * np.arange(wanted.size)
     inputs = np.column_stack([wanted / radius, force])
     commanded = k.simulate(k.params(case, values), time, inputs, compiled=False)[:, 0]

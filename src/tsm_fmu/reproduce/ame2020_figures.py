@@ -9,10 +9,22 @@ import plotly.graph_objects as go
 from scipy.interpolate import Akima1DInterpolator
 
 from ..kernel import kernel
+from ..papers import (
+    CASES,
+    DEVIATION_MM,
+    DIFFERENCE_MM,
+    FORWARD_MM,
+    MAXIMUM_FORWARD_MM,
+    NAMES,
+    PRELOAD_N,
+    PRESSURE_N,
+    REVERSE_MM,
+    SAME_BEND,
+    TENSION_N,
+    WEIGHT_N,
+)
 from ..report import Line, Table
 from .ame2020_drive import (
-    NAMES,
-    WEIGHT,
     compensated_error,
     forward_error,
     lost_motion,
@@ -26,19 +38,7 @@ from .ame2020_winding import rows_of_eq4, winding_position
 from .claims import Span
 from .draw import panels, plot
 from .motions import FloatArray
-from .numbers import (
-    CASES,
-    DEVIATION_MM,
-    DIFFERENCE_MM,
-    FORWARD_MM,
-    MAXIMUM_FORWARD_MM,
-    PRELOAD_N,
-    PRESSURE_N,
-    REPORTED,
-    REVERSE_MM,
-    SAME_BEND,
-    TENSION_N,
-)
+from .numbers import REPORTED
 
 
 def audit_table() -> Table:
@@ -126,7 +126,7 @@ def _way(position: FloatArray) -> FloatArray:
 
 def _same_bend_figure() -> go.Figure:
     s = np.linspace(0.0, 785.0, 60)
-    lines = [Line(f"{WEIGHT[c] / 9.81:g} kg", s, forward_error(c, rows=60, winding_strain=1)) for c in SAME_BEND]
+    lines = [Line(f"{WEIGHT_N[c] / 9.81:g} kg", s, forward_error(c, rows=60, winding_strain=1)) for c in SAME_BEND]
     low = parameters(SAME_BEND[0])
     return plot(lines, f"540 deg, EA = {low.EA:.0f} N, with winding strain", "s_in [mm]", "error [mm]")
 

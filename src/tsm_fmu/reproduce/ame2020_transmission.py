@@ -7,9 +7,20 @@ import math
 import numpy as np
 
 from ..kernel import kernel
+from ..papers import (
+    CASES,
+    FORWARD_MM,
+    MAXIMUM_FORWARD_MM,
+    MAXIMUM_REVERSE_MM,
+    NAMES,
+    RESIDUAL_FORWARD_MM,
+    RESIDUAL_REVERSE_MM,
+    REVERSE_MM,
+    SAME_BEND,
+    SAME_BEND_MM,
+)
 from .ame2020_drive import (
     MODEL,
-    NAMES,
     compensated_error,
     fitted_stiffness,
     forward_error,
@@ -18,17 +29,7 @@ from .ame2020_drive import (
     stiffness_band,
 )
 from .claims import Claim, Condition, Reported, Span, Verdict, number_claim, open_claim, statement_claim
-from .numbers import (
-    CASES,
-    FORWARD_MM,
-    MAXIMUM_FORWARD_MM,
-    MAXIMUM_REVERSE_MM,
-    REPORTED,
-    REVERSE_MM,
-    SAME_BEND,
-    SAME_BEND_MM,
-    displacement,
-)
+from .numbers import REPORTED, displacement
 
 
 def forward_span(case: str) -> Span:
@@ -235,7 +236,7 @@ def _residuals() -> list[Claim]:
             Span.of(*(float(np.abs(e[part]).max()) for e in (exact, path_only)))
             for part in (slice(1, turn + 1), slice(turn + 2, None))
         ]
-        ranges = (("forward", Span(1.14, 1.24)), ("reverse", Span(1.32, 1.59)))
+        ranges = (("forward", Span(*RESIDUAL_FORWARD_MM)), ("reverse", Span(*RESIDUAL_REVERSE_MM)))
         for (way, printed_range), error in zip(ranges, errors, strict=True):
             reported = Reported(printed_range, "mm", f"text to {item}", 0.005, "half of the last printed digit")
             found.append(

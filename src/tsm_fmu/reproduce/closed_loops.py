@@ -10,8 +10,9 @@ from ..cosim.cases import chosen, run_cases, statistics
 from ..cosim.scenarios import mssp_feedforward
 from ..fmu.build import build_fmu
 from ..kernel import kernel
+from ..papers import TRIALS
 from .claims import Claim, Verdict, number_claim
-from .mssp2015 import SUFFIX, TRACKING, TRIALS
+from .mssp2015 import SUFFIX, TABLES, TRACKING
 from .numbers import REPORTED, trials
 
 VARIANTS = ("uncompensated", "law_1")
@@ -34,7 +35,7 @@ def closed_loop_claims(*, progress: bool = False) -> list[Claim]:
 
 
 def _claims(motion: str, found: dict[str, Any]) -> list[Claim]:
-    table, columns = TRIALS[motion]
+    table, columns = TABLES[motion], TRIALS[motion]
     same = {
         Verdict.REPRODUCED: "motor and controller add their tracking error to that of the backlash",
         Verdict.CONTRADICTS: "the loop does not change what the equations leave",

@@ -11,11 +11,12 @@ from scipy.integrate import solve_ivp
 
 from ..kernel import kernel
 from ..models.contract import InputError
+from ..papers import MMT_FIG_4
 from ..report import Line
 from .claims import Claim, Condition, Span, Verdict, open_claim, statement_claim
 from .draw import panels, plot
 from .motions import FloatArray, Motion, friction, sines
-from .numbers import MMT_FIG_4, REPORTED
+from .numbers import REPORTED
 from .result import PaperResult
 from .shapes import configuration_claim, configuration_figure
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..kernel import kernel
 from ..models.single_tsm_lugre import escape_time, sliding_level
+from ..papers import MMT_FIG_4, MMT_MSE_PERIODIC
 from ..report import Table
 from .claims import Claim, Condition, Reported, Span, Verdict, number_claim, open_claim, statement_claim
 from .mmt2015_figures import CYCLE, fig4_acceleration, fig4_level, force_figure, lugre_figure, sliding_figure
@@ -23,7 +24,7 @@ from .mmt2015_readings import (
     signed_level,
 )
 from .motions import SECOND, FloatArray, friction, sines
-from .numbers import MMT_FIG_4, MMT_MSE_PERIODIC, REPORTED
+from .numbers import REPORTED
 from .result import PaperResult
 from .shapes import configuration_claim, configuration_figure
 

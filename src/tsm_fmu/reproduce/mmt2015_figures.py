@@ -8,10 +8,10 @@ import numpy as np
 import plotly.graph_objects as go
 
 from ..models.friction_branches import pull_level
+from ..papers import MMT_FIG_4
 from ..report import Line
 from .draw import panels, plot
 from .motions import FloatArray, Motion
-from .numbers import MMT_FIG_4
 
 CYCLE = 5.0
 """The first cycle [s] is not scored: zeta starts at 0."""

@@ -12,8 +12,8 @@ from scipy.optimize import least_squares
 from ..kernel import kernel
 from ..models.friction_branches import pull_level, release_level
 from ..models.single_tsm_lugre import deflection_ratio_after
+from ..papers import MMT_MSE_LUGRE, MMT_MSE_PERIODIC
 from .motions import FloatArray, Motion, friction
-from .numbers import MMT_MSE_LUGRE, MMT_MSE_PERIODIC
 
 MODEL = "SingleTsmLuGre"
 PRESETS = {"printed": "published", "swapped": "swapped"}

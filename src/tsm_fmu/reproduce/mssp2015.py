@@ -9,12 +9,13 @@ import numpy as np
 
 from ..cosim.scenarios.mssp_feedforward import loop_height
 from ..kernel import kernel
+from ..papers import TRIALS
 from .claims import Claim, Condition, Span, Verdict, number_claim, open_claim, statement_claim
 from .motions import SECOND, Motion, friction, sines
 from .mssp2015_drive import backlash, compensated, error_deg, numbers_of
 from .mssp2015_figures import identified_figure, tracking_figure
 from .mssp2015_friction import friction_claims, friction_figure
-from .numbers import REPORTED, TRIALS_NON_PERIODIC, TRIALS_PERIODIC, trials
+from .numbers import REPORTED, trials
 from .result import PaperResult
 
 MOTIONS = {
@@ -24,7 +25,7 @@ MOTIONS = {
 TRACKING = {"periodic": "Fig. 10", "non_periodic": "Fig. 12"}
 IDENTIFIED = {"periodic": "Fig. 7", "non_periodic": "Fig. 8"}
 FRICTION = {"periodic": "Fig. 11", "non_periodic": "Fig. 13"}
-TRIALS = {"periodic": ("Table 1", TRIALS_PERIODIC), "non_periodic": ("Table 2", TRIALS_NON_PERIODIC)}
+TABLES = {"periodic": "Table 1", "non_periodic": "Table 2"}
 SUFFIX = {"periodic": "", "non_periodic": "_non_periodic"}
 MILDER = {"B = 0.65": 0.65, "B = 0.70": 0.70}
 """Slopes after a reversal of plants with the published loop width; a scan after the fact."""
@@ -86,7 +87,7 @@ def _residuals(name: str, motion: Motion) -> list[Claim]:
         parameters = numbers_of(b)
         milder.append(error_deg(motion, compensated(motion.x, 1, parameters), parameters))
         milder.append(error_deg(motion, compensated(motion.x, 1, own), parameters))
-    table, columns = TRIALS[name]
+    table, columns = TABLES[name], TRIALS[name]
     std = trials("position, standard deviation", columns["position_std_deg"], "deg", table)
     mean = trials("position, mean error", columns["position_mean_deg"], "deg", table)
     reported = REPORTED["mssp2015.residual" + SUFFIX[name]]

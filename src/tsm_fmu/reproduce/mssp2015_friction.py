@@ -9,11 +9,12 @@ import numpy as np
 import plotly.graph_objects as go
 
 from ..kernel import kernel
+from ..papers import MMT_MSE_PERIODIC, TRIALS
 from ..report import Line
 from .claims import Claim, Condition, Reported, Span, Verdict, number_claim, open_claim, statement_claim
 from .draw import panels, plot
 from .motions import FloatArray, Motion, friction
-from .numbers import MMT_MSE_PERIODIC, REPORTED, TRIALS_PERIODIC
+from .numbers import REPORTED
 
 WIRES, WIRE_M, STRENGTH_PA = 49, 0.27e-3 / 9.0, 2.0e9
 """Tendon WR7x7D0.27: 49 wires, nine across the rope; strength of hard-drawn spring wire (ours)."""
@@ -33,7 +34,7 @@ def friction_claims(
     """Claims on Figs 7, 8, 11 and 13."""
     periodic = raw["periodic"]
     amplitude = {name: float(np.abs(f).max()) for name, f in raw.items()}
-    std = float(np.mean(TRIALS_PERIODIC["friction_std_N"]))
+    std = float(np.mean(TRIALS["periodic"]["friction_std_N"]))
     scaled = friction("PairedTsmFriction", motions["periodic"], "published")
     return [
         statement_claim(

@@ -62,7 +62,7 @@ def reproduce(
     """
     for paper in papers:
         if paper not in PAPERS:
-            raise InputError(f"paper {paper!r} -- expected one of {', '.join(PAPERS)}")
+            raise InputError(f"paper {paper!r} -- expected one of {', '.join(PAPERS)} -- choose one")
     begin = time.perf_counter()
     results: dict[str, PaperResult] = {}
     for paper in PAPERS:

@@ -35,6 +35,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...kernel import kernel
+from ...papers import (
+    FORWARD_MM,
+    MAXIMUM_FORWARD_MM,
+    MAXIMUM_REVERSE_MM,
+    NAMES,
+    RESIDUAL_FORWARD_MM,
+    RESIDUAL_REVERSE_MM,
+    REVERSE_MM,
+    SAME_BEND_MM,
+    WEIGHT_N,
+)
 from ..ssp import Case
 from ..system import Component, Connection, Experiment, System, Value
 from ..trajectory import Trajectory
@@ -61,26 +72,32 @@ TURN = STROKE / SPEED
 STEP = 0.02
 EXPERIMENT = Experiment(stop=1570 * STEP, step=STEP, evaluate_from=STEP)
 """Evaluated from the first step on: at the start no compensator has moved the driver yet."""
-WEIGHT = {"m05_180": 0.5 * 9.81, "m05_540": 0.5 * 9.81, "m10_180": 9.81, "m10_540": 9.81}
-"""Load m g [N]."""
-
 REPORTED: dict[str, dict[str, Any]] = {
-    "m05_180.uncompensated": {"forward_max_mm": 1.77, "reverse_max_mm": 156.28},
-    "m05_540.uncompensated": {"forward_max_mm": 3.21, "reverse_max_mm": 187.06},
-    "m10_180.uncompensated": {"forward_max_mm": 4.808, "reverse_max_mm": 202.33},
-    "m10_540.uncompensated": {"forward_max_mm": 10.37, "reverse_max_mm": 205.99},
-    "m05_180.compensated": {"forward_max_mm": (1.14, 1.24), "reverse_max_mm": (1.32, 1.59)},
-    "m10_540.compensated": {"forward_max_mm": (1.14, 1.24), "reverse_max_mm": (1.32, 1.59)},
+    f"{case}.uncompensated": {"forward_max_mm": FORWARD_MM[case], "reverse_max_mm": REVERSE_MM[case]}
+    for case in FORWARD_MM
+} | {
+    f"{case}.compensated": {"forward_max_mm": RESIDUAL_FORWARD_MM, "reverse_max_mm": RESIDUAL_REVERSE_MM}
+    for case in ("m05_180", "m10_540")
 }
 """AME 2020: Figs 16 and 17; Figs 19 and 20 (one pair of ranges for both cases)."""
 
 CONTRADICTIONS = (
-    ("Fig. 13: largest forward error, 0.5 kg, 180 deg", 2.88, "1.77 in Fig. 16"),
-    ("Fig. 13: largest forward error, 1 kg, 540 deg", 5.35, "10.37 in Fig. 16"),
-    ("Fig. 14: largest error in reverse hysteresis, 0.5 kg, 180 deg", 6.41, "156.28 in Fig. 17"),
-    ("Fig. 14: largest error in reverse hysteresis, 1 kg, 540 deg", 13.22, "205.99 in Fig. 17"),
-    ("Fig. 18: forward error, 0.5 kg, one bend not named", 3.85958, "1.77 or 3.21 in Fig. 16"),
-    ("Fig. 18: forward error, 1 kg, one bend not named", 7.42479, "4.808 or 10.37 in Fig. 16"),
+    *(
+        (f"Fig. 13: largest forward error, {NAMES[c]}", largest, f"{FORWARD_MM[c]:g} in Fig. 16")
+        for c, largest in MAXIMUM_FORWARD_MM.items()
+    ),
+    *(
+        (f"Fig. 14: largest error in reverse hysteresis, {NAMES[c]}", largest, f"{REVERSE_MM[c]:g} in Fig. 17")
+        for c, largest in MAXIMUM_REVERSE_MM.items()
+    ),
+    *(
+        (
+            f"Fig. 18: forward error, {mass}, one bend not named",
+            value,
+            f"{FORWARD_MM[f'{key}_180']:g} or {FORWARD_MM[f'{key}_540']:g} in Fig. 16",
+        )
+        for key, mass, value in zip(("m05", "m10"), ("0.5 kg", "1 kg"), SAME_BEND_MM["forward"], strict=True)
+    ),
 )
 """Numbers of the paper [mm] that others of its own contradict."""
 
@@ -126,7 +143,7 @@ def loop(fmus: Mapping[str, Path], condition: str, variant: str) -> System:
     preset = kernel("LebusTransmission").presets[condition].si
     slack = kernel("LebusTransmission").params(condition).slack
     take_up = slack / (SPEED * RADIUS) if chosen.compensator is None else 0.0
-    torque = WEIGHT[condition] * RADIUS
+    torque = WEIGHT_N[condition] * RADIUS
     weight: dict[str, Value] = {"k1": 0.5 * torque, "k2": 0.5 * torque, "k3": 0.0, "u3": 0.0}
     if not chosen.changes_sides:
         weight = {"k1": 0.0, "k2": 0.0, "k3": torque, "u3": 1.0}

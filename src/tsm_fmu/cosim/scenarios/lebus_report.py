@@ -10,17 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import __version__
+from ...papers import NAMES
 from ...report import Line, Section, Table, loop_figure, time_figure, write_report
 from ..trajectory import Trajectory
 
 MM = 12.5
 """Tendon per radian of a wheel."""
-CONDITIONS = {
-    "m05_180": "0.5 kg, 180 deg",
-    "m05_540": "0.5 kg, 540 deg",
-    "m10_180": "1 kg, 180 deg",
-    "m10_540": "1 kg, 540 deg",
-}
 Errors = Mapping[str, NDArray[np.float64]]
 
 
@@ -40,7 +35,7 @@ def write_lebus_report(
     sections = [
         _table(found, reported),
         _contradictions(contradictions),
-        *(_condition(c, runs, errors) for c in CONDITIONS if any(name.startswith(c) for name in runs)),
+        *(_condition(c, runs, errors) for c in NAMES if any(name.startswith(c) for name in runs)),
     ]
     return write_report(
         path, "LeBus double tendon-sheath drive (AME 2020)", summary, sections, {"tsm-fmu": __version__}
@@ -88,7 +83,7 @@ def _fit(found: Mapping[str, Mapping[str, float]], reported: Mapping[str, Mappin
         for name, r in reported.items()
         if name.endswith(".uncompensated") and "forward_max_mm" in found.get(name, {})
     ]
-    if len(pairs) < len(CONDITIONS):
+    if len(pairs) < len(NAMES):
         return ""
     rms = float(np.sqrt(np.mean([(ours - theirs) ** 2 for ours, theirs in pairs])))
     return (
@@ -146,4 +141,4 @@ def _condition(condition: str, runs: Mapping[str, Trajectory], errors: Errors) -
         )
         if lines
     ]
-    return Section(f"{condition}: {CONDITIONS[condition]}", "", (), figures)
+    return Section(f"{condition}: {NAMES[condition]}", "", (), figures)

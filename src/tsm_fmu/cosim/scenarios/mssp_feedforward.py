@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
 from ...kernel import kernel
+from ...papers import MSSP_RESIDUAL_DEG, MSSP_WIDTH_DEG, TRIALS
 from ..ssp import Case
 from ..system import Component, Connection, Experiment, System, Value
 from ..trajectory import Trajectory
@@ -64,22 +65,15 @@ MOTIONS = {"periodic": ("published", 9), "non_periodic": ("non_periodic", 5)}
 AMPLITUDE = math.radians(60.0)
 
 REPORTED = {
-    "periodic": {
-        "uncompensated": {"peak_to_peak_deg": 10.5},
+    motion: {
+        "uncompensated": {"peak_to_peak_deg": MSSP_WIDTH_DEG[motion]},
         "law_1": {
-            "peak_to_peak_deg": 3.0,
-            "mean_deg": (0.0150, -0.0036, 0.0168, 0.0185, 0.0095),
-            "std_deg": (0.5804, 0.6001, 0.5963, 0.5803, 0.5937),
+            "peak_to_peak_deg": MSSP_RESIDUAL_DEG[motion],
+            "mean_deg": TRIALS[motion]["position_mean_deg"],
+            "std_deg": TRIALS[motion]["position_std_deg"],
         },
-    },
-    "non_periodic": {
-        "uncompensated": {"peak_to_peak_deg": 12.3},
-        "law_1": {
-            "peak_to_peak_deg": 4.0,
-            "mean_deg": (0.0602, -0.0804, -0.0165, -0.0659, -0.0878),
-            "std_deg": (0.8157, 0.8007, 0.7937, 0.7917, 0.7829),
-        },
-    },
+    }
+    for motion in MOTIONS
 }
 """MSSP 2015: Section 8 (peak to peak) and Tables 1 and 2 (mean and standard deviation, five trials)."""
 

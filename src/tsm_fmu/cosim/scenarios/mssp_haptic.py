@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...kernel import kernel
+from ...papers import MSSP_FRICTION_ERROR_N, TRIALS
 from ...report import Line, Section, Table, loop_figure, time_figure
 from ..system import Component, Connection, System, Value
 from ..trajectory import Trajectory
@@ -31,16 +32,10 @@ FROM = 10.0
 """Evaluated from here on [s], as the tracking error."""
 
 REPORTED: dict[str, dict[str, Any]] = {
-    "periodic.law_1": {
-        "mean_N": (-0.0124, -0.0018, -0.0035, -0.0125, -0.0096),
-        "std_N": (0.2261, 0.2253, 0.2227, 0.2241, 0.2243),
-        "peak_to_peak_N": 1.4216,
-    },
-    "non_periodic.law_1": {
-        "mean_N": (0.1070, -0.0188, 0.1335, -0.1015, 0.1187),
-        "std_N": (0.2351, 0.2325, 0.2360, 0.2318, 0.2231),
-    },
+    f"{motion}.law_1": {"mean_N": columns["friction_mean_N"], "std_N": columns["friction_std_N"]}
+    for motion, columns in TRIALS.items()
 }
+REPORTED["periodic.law_1"]["peak_to_peak_N"] = MSSP_FRICTION_ERROR_N
 """MSSP 2015: friction columns of Tables 1 and 2 (five trials), and Fig. 11."""
 
 

@@ -29,6 +29,7 @@ from typing import Any
 import numpy as np
 
 from ...kernel import kernel
+from ...papers import ERROR_N, MMT_MSE_LUGRE, MMT_MSE_NON_PERIODIC, MMT_MSE_PERIODIC
 from ..ssp import Case
 from ..system import Component, Connection, Experiment, System, Value
 from ..trajectory import Trajectory
@@ -51,10 +52,10 @@ T_MEAN = 18.0
 """Pretension of the spring at x = 0 [N]; assumed."""
 
 REPORTED: dict[str, dict[str, float]] = {
-    "modified_lugre.periodic.lugre": {"error_mse_N2": 1.4538},
-    "modified_lugre.periodic.same": {"error_mse_N2": 0.027, "error_peak_to_peak_N": 1.0},
-    "modified_lugre.non_periodic.same": {"error_mse_N2": 0.0419},
-    "bouc_wen.multi_periodic.same": {"error_peak_to_peak_N": 0.4},
+    "modified_lugre.periodic.lugre": {"error_mse_N2": MMT_MSE_LUGRE},
+    "modified_lugre.periodic.same": {"error_mse_N2": MMT_MSE_PERIODIC, "error_peak_to_peak_N": ERROR_N["mmt2015"]},
+    "modified_lugre.non_periodic.same": {"error_mse_N2": MMT_MSE_NON_PERIODIC},
+    "bouc_wen.multi_periodic.same": {"error_peak_to_peak_N": ERROR_N["iftomm2013"]},
 }
 """MMT 2015, Sections 3.1 and 5; IFToMM 2013, page 8: model against a measurement that is not published."""
 

@@ -1,0 +1,140 @@
+"""The same systems at every point of a grid of start values, and the table of what came out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..models.contract import InputError
+from ..plain_json import finite
+from ..table import write_table
+from .cases import Quantities, run_cases, statistics, with_values
+from .ssp import Case
+from .system import check_system, typed_value
+from .trajectory import SimulationInterrupted, SimulationStopped
+
+MOST_POINTS = 100_000
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One varied start value: ``component.variable``, its unit (1 where the FMU declares none), and its values."""
+
+    name: str
+    unit: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Point:
+    """One point of the grid.
+
+    Attributes
+    ----------
+    values : mapping of str to float
+        By the names of the axes.
+    metrics : mapping of str to float
+        By ``name [unit]``; empty if the run failed.
+    failed : str
+        Why it did; empty if it did not.
+    """
+
+    values: Mapping[str, float]
+    metrics: Mapping[str, float]
+    failed: str = ""
+
+
+def grid(cases: Mapping[str, Case], varied: Mapping[str, Sequence[float]]) -> list[Axis]:
+    """Axes whose values every system accepts by name and type.
+
+    Raises
+    ------
+    InputError
+        No such component or variable, a value of another type, or more points than are sensible.
+    """
+    axes = []
+    for name, values in varied.items():
+        component, _, variable = name.partition(".")
+        changed = with_values(cases, {name: str(values[0])})
+        system = next(s for s, _ in changed.values() if component in {c.name for c in s.components})
+        port = check_system(system).descriptions[component].ports[variable]
+        for value in values:
+            typed_value(name, port, value)
+        axes.append(Axis(name, port.unit or "1", tuple(values)))
+    points = int(np.prod([len(axis.values) for axis in axes]))
+    if points > MOST_POINTS:
+        raise InputError(f"{points} points -- expected at most {MOST_POINTS} -- take fewer values a parameter")
+    return axes
+
+
+def sweep(
+    cases: Mapping[str, Case],
+    axes: Sequence[Axis],
+    *,
+    record: Sequence[str] | None = None,
+    quantities: Quantities | None = None,
+) -> Iterator[Point]:
+    """Run all cases at every point, the last axis fastest; a point that fails says why and the rest goes on.
+
+    Parameters
+    ----------
+    cases : mapping of str to Case
+    axes : sequence of Axis
+        From `grid`.
+    record, quantities
+        As in `run_cases` and `statistics`.
+    """
+    for values in product(*(axis.values for axis in axes)):
+        at = {axis.name: value for axis, value in zip(axes, values, strict=True)}
+        changed = with_values(cases, {name: repr(value) for name, value in at.items()})
+        try:
+            runs = run_cases(changed, record=record)
+        except SimulationInterrupted as stopped:
+            raise KeyboardInterrupt from stopped
+        except SimulationStopped as stopped:
+            yield Point(at, {}, str(stopped))
+        else:
+            yield Point(at, flat(statistics(changed, runs, quantities)))
+
+
+def flat(metrics: Mapping[str, Any], path: tuple[str, ...] = ()) -> dict[str, float]:
+    """The numbers of `statistics` by ``case.signal.statistic [unit]``, or ``case.quantity [unit]``."""
+    unit = metrics.get("unit")
+    found: dict[str, float] = {}
+    for key, value in metrics.items():
+        if isinstance(value, Mapping):
+            found |= flat(value, path if key == "signals" else (*path, key))
+        elif key not in ("unit", "from_s", "to_s"):
+            name, _, own = (key, "", unit) if unit is not None else key.rpartition("_")
+            found[f"{'.'.join((*path, name))} [{own}]"] = float(value)
+    return found
+
+
+def write_sweep(out: Path, name: str, axes: Sequence[Axis], points: Sequence[Point]) -> dict[str, Any]:
+    """Write ``sweep.csv`` and ``sweep.json`` and return the object of the latter.
+
+    Rows are points; a failed one has its values and empty numbers. A sweep that was interrupted is marked
+    ``incomplete`` in both file names.
+    """
+    whole = len(points) == int(np.prod([len(axis.values) for axis in axes]))
+    stem = "sweep" if whole else "sweep.incomplete"
+    metrics = list(dict.fromkeys(key for point in points for key in point.metrics))
+    header = [*(f"{axis.name} [{axis.unit}]" for axis in axes), *metrics]
+    columns = [np.array([p.values[axis.name] for p in points]) for axis in axes]
+    columns += [np.array([p.metrics.get(key, np.nan) for p in points]) for key in metrics]
+    data = {
+        "system": name,
+        "complete": whole,
+        "vary": {axis.name: {"unit": axis.unit, "values": axis.values} for axis in axes},
+        "points": [asdict(point) for point in points],
+        "results": str(out / f"{stem}.csv"),
+    }
+    write_table(out / f"{stem}.csv", header, columns)
+    (out / f"{stem}.json").write_text(json.dumps(finite(data), indent=2) + "\n", encoding="utf-8")
+    return data
