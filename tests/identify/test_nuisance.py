@@ -211,7 +211,7 @@ def test_report_page_shows_the_fit(drive: tuple[Path, dict]) -> None:
     page = (folder / "card.html").read_text(encoding="utf-8")
     assert said["report"] == str(folder / "card.html")
     for name in PLANTED:
-        assert f"<td>{name}</td>" in page
+        assert f">{name}</td>" in page
     assert f"{said['parameters']['ratio']['value']:.5g}" in page
     for shown in ("Loop of tau_in, run b (measured)", "over speed of x_in", "over time", "over x_in", "SHA-256"):
         assert shown in page, shown

@@ -33,9 +33,6 @@ class Coordinate:
     lo: float
     hi: float
 
-    def value(self, q: float) -> float:
-        return self.sign * math.exp(q) if self.sign else self.centre + self.scale * q
-
     def q(self, value: float) -> float:
         return math.log(max(abs(value), 1e-300)) if self.sign else (value - self.centre) / self.scale
 
@@ -68,6 +65,11 @@ class Coordinates:
         self.axes += [_axis(problem, f, k, scales[f], table) for k in range(len(problem.runs)) for f in own]
         self.lo = np.array([axis.lo for axis in self.axes])
         self.hi = np.array([axis.hi for axis in self.axes])
+        self._columns = np.array([axis.column for axis in self.axes], dtype=int)
+        self._runs = np.array([-1 if axis.run is None else axis.run for axis in self.axes], dtype=int)
+        self._sign = np.array([axis.sign for axis in self.axes])
+        self._centre = np.array([axis.centre for axis in self.axes])
+        self._scale = np.array([axis.scale for axis in self.axes])
 
     def of(self, table: FloatArray) -> FloatArray:
         """Coordinates of a table, strictly inside the bounds."""
@@ -93,13 +95,17 @@ class Coordinates:
         return not self._refused(self._raw(q))
 
     def _raw(self, q: FloatArray) -> FloatArray:
+        logarithmic, shared = self._sign != 0.0, self._runs < 0
+        values = self._centre + self._scale * q
+        values[logarithmic] = self._sign[logarithmic] * np.exp(q[logarithmic])
         table = self.anchor.copy()
-        for axis, coordinate in zip(self.axes, q, strict=True):
-            rows = slice(None) if axis.run is None else axis.run
-            table[rows, axis.column] = axis.value(float(coordinate))
+        table[:, self._columns[shared]] = values[shared]
+        table[self._runs[~shared], self._columns[~shared]] = values[~shared]
         return table
 
     def _refused(self, table: FloatArray) -> bool:
+        if not hasattr(self.problem.kernel.module, "check"):
+            return False  # the search keeps the bounds; only a joint condition can refuse
         return any(self.problem.violation(row) for row in (table if self.problem.own else table[:1]))
 
 

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from .coordinates import DECADES
+from .intervals import QUANTILE
 from .problem import FloatArray, Problem
 from .structure import sensitivity_scales
 from .uncertainty import Uncertainty
@@ -96,4 +97,4 @@ def _undetermined(problem: Problem, table: FloatArray, known: Uncertainty, field
     if math.isnan(error):
         return True
     quantity = problem.declared[field].quantity
-    return (quantity.lo == 0.0 or quantity.hi == 0.0) and 1.96 * error >= abs(value)
+    return (quantity.lo == 0.0 or quantity.hi == 0.0) and QUANTILE * error >= abs(value)

@@ -15,6 +15,7 @@ from ..models.contract import InputError
 from .findings import conditions_met, fields_on_bound, findings
 from .genetic import search_paper
 from .informative import check_informative
+from .intervals import Intervals, linear_intervals, profile_intervals
 from .problem import FitRun, FloatArray, Problem
 from .residuals import ResidualTests, noise_floor, residual_tests
 from .scores import Agreement, agreement
@@ -22,6 +23,7 @@ from .search import Progress, Search, drawn_inside, search_fast
 from .uncertainty import Uncertainty, uncertainty
 
 METHODS = {"fast": search_fast, "paper": search_paper}
+INTERVALS = ("linear", "profile")
 SETTLING = 2.0
 """Seconds of a held-out run that give its initial state and offset, and are not scored."""
 REWEIGHTINGS = 2
@@ -49,6 +51,8 @@ class Fit:
     parameters : lmfit.Parameters
         By field: value, standard error, bounds, correlations. A per-run parameter has the mean over the measured
         runs, with the standard error of that mean (of one run: its own).
+    intervals : mapping of str to (float, float)
+        95 % interval of each free parameter that has one, by field.
     per_run : tuple of str
         Fields with one value a run.
     runs : mapping of str to RunResult
@@ -70,6 +74,7 @@ class Fit:
         Simulations of one run.
     wall_s : float
     method : str
+    interval_method : str
     seed : int
     complete : bool
         False if the fit was interrupted: the parameters are the best until then.
@@ -78,6 +83,7 @@ class Fit:
     kernel: Kernel
     channels: tuple[str, ...]
     parameters: Parameters
+    intervals: Intervals
     per_run: tuple[str, ...]
     runs: Mapping[str, RunResult]
     measured: Mapping[str, Agreement]
@@ -91,6 +97,7 @@ class Fit:
     evaluations: int
     wall_s: float
     method: str
+    interval_method: str
     seed: int
     complete: bool
 
@@ -104,6 +111,8 @@ def fit(
     per_run: Sequence[str] = (),
     holdout: Sequence[FitRun] = (),
     method: str = "fast",
+    single_start: bool = False,
+    intervals: str = "linear",
     seed: int = 0,
     weights: Mapping[str, float] | None = None,
     progress: Progress | None = None,
@@ -124,6 +133,10 @@ def fit(
     holdout : sequence of FitRun
         Judged with the shared values of the fit; the per-run values come from the first 2 s, which are not scored.
     method : {'fast', 'paper'}
+    single_start : bool
+        Refine the given start values only, where they are known well: no other starts, no genetic search.
+    intervals : {'linear', 'profile'}
+        From the standard errors, or from the profile of the error, see `intervals`; per-run values have linear ones.
     seed : int
         Same seed, same result.
     weights : mapping of str to float, optional
@@ -134,10 +147,12 @@ def fit(
     Raises
     ------
     InputError
-        Unknown method, no runs, or a model that fails at its start values.
+        Unknown method or intervals, no runs, or a model that fails at its start values.
     """
     if method not in METHODS:
-        raise InputError(f"method {method!r} -- expected one of {', '.join(METHODS)}")
+        raise InputError(f"method {method!r} -- expected one of {', '.join(METHODS)} -- choose one")
+    if intervals not in INTERVALS:
+        raise InputError(f"intervals {intervals!r} -- expected one of {', '.join(INTERVALS)} -- choose one")
     if not runs:
         raise InputError("no measured run -- expected at least one -- give it with --measured RUN")
     begin = clock.perf_counter()
@@ -154,7 +169,7 @@ def fit(
     search = Search(progress)
     complete = True
     try:
-        table = METHODS[method](problem, search, seed)
+        table = METHODS[method](problem, search, seed, problem.start() if single_start else None)
         for _ in range(REWEIGHTINGS if len(problem.channels) > 1 and weights is None else 0):
             problem = problem.reweighted(_weights(problem, table))
             search.best, search.error = None, math.inf
@@ -168,16 +183,28 @@ def fit(
             table = drawn_inside(problem, table)
     at_bound = fields_on_bound(problem, table)
     known = uncertainty(problem, table, at_bound)
+    filled = _filled(problem, table, known)
+    found = linear_intervals(filled, at_bound)
+    profiled = intervals != "profile" or not complete
+    try:
+        if not profiled:
+            profile_intervals(problem, table, known, search, found)
+            profiled = True
+    except KeyboardInterrupt:
+        complete = False
     judged = [(run, _settled(problem, table, run, seed)) for run in holdout]
     results = _results(problem, table, known, judged)
     conditions = conditions_met(problem, table)
     said, undetermined = findings(problem, table, at_bound, conditions, known)
-    if not complete:
+    if not profiled:
+        said = ("interrupted: the intervals that were not reached are linear ones", *said)
+    elif not complete:
         said = ("interrupted: the values are the best until then, not the optimum", *said)
     return Fit(
         kernel=kernel,
         channels=problem.channels,
-        parameters=_filled(problem, table, known),
+        parameters=filled,
+        intervals=found,
         per_run=problem.own,
         runs=results,
         measured=_pooled(problem, [(run, table[k], 0.0) for k, run in enumerate(problem.runs)]),
@@ -191,6 +218,7 @@ def fit(
         evaluations=search.simulations,
         wall_s=clock.perf_counter() - begin,
         method=method,
+        interval_method=intervals,
         seed=seed,
         complete=complete,
     )

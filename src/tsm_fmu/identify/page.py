@@ -19,8 +19,6 @@ from .result import run_outputs
 
 MOST_RUNS = 3
 """Runs drawn of each role; the tables hold them all."""
-INTERVAL = 1.96
-"""Half width of a 95 % interval, in standard errors."""
 
 
 def write_fit_report(
@@ -76,9 +74,14 @@ def _summary(fit: Fit) -> str:
 
 
 def _parameter_text(fit: Fit) -> str:
+    intervals = {
+        "linear": "95 % intervals are 1.96 standard errors to each side.",
+        "profile": "95 % intervals end where the error, the others fitted anew, has risen as far as 1.96 standard "
+        "errors of a linear parameter raise it; those of values per run are linear.",
+    }[fit.interval_method]
     return (
         "Standard errors take the autocorrelation of the residual into account; "
-        f"the residuals are worth {fit.uncertainty.effective_samples:.0f} independent samples. "
+        f"the residuals are worth {fit.uncertainty.effective_samples:.0f} independent samples. {intervals} "
         f"Condition number of the normalised sensitivities: {fit.uncertainty.condition_number:.4g}."
     )
 
@@ -87,8 +90,7 @@ def _parameter_tables(fit: Fit) -> list[Table]:
     rows = []
     for variable in fit.kernel.parameters:
         p = fit.parameters[variable.field]
-        half = None if variable.field in fit.at_bound or p.stderr is None else INTERVAL * p.stderr
-        interval = "" if half is None else f"{p.value - half:.5g} to {p.value + half:.5g}"
+        interval = " to ".join(f"{end:.5g}" for end in fit.intervals.get(variable.field, ()))
         remark = ", ".join(
             text
             for text, holds in {

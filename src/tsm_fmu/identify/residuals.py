@@ -63,7 +63,7 @@ def noise_floor(run: FitRun) -> FloatArray | None:
 
     A model driven by the same inputs gives the same outputs each period, so no such model can fit better.
     """
-    period = _period(run)
+    period = period_of(run)
     if period is None:
         return None
     count = run.time.size // period
@@ -71,7 +71,7 @@ def noise_floor(run: FitRun) -> FloatArray | None:
     return np.sqrt(np.mean(folded.var(axis=0, ddof=1), axis=0))
 
 
-def _period(run: FitRun) -> int | None:
+def period_of(run: FitRun) -> int | None:
     """Samples after which all inputs repeat, at least twice in the run."""
     inputs = run.inputs - run.inputs.mean(axis=0)
     level = np.sqrt(np.mean(inputs**2, axis=0))

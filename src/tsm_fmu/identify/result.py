@@ -1,4 +1,4 @@
-"""A fit as a model card, as the JSON object of ``identify --json``, and as lmfit's intervals."""
+"""A fit as a model card, and as the JSON object of ``identify --json``."""
 
 from __future__ import annotations
 
@@ -56,6 +56,7 @@ def as_json(fit: Fit) -> dict[str, Any]:
             "value": p.value,
             "unit": variable.quantity.unit,
             "stderr": p.stderr,
+            "interval": [_number(end) for end in fit.intervals.get(variable.field, ())] or None,
             "at_bound": variable.field in fit.at_bound,
             "fixed": not p.vary,
             "per_run": variable.field in fit.per_run,
@@ -82,6 +83,7 @@ def as_json(fit: Fit) -> dict[str, Any]:
         "correlation": {"names": names, "matrix": fit.uncertainty.correlation.tolist()},
         "condition_number": _number(fit.uncertainty.condition_number),
         "effective_samples": fit.uncertainty.effective_samples,
+        "interval_method": fit.interval_method,
         "findings": list(fit.findings),
         "method": fit.method,
         "seed": fit.seed,

@@ -27,6 +27,7 @@ def sensitivity_scales(problem: Problem) -> dict[str, float]:
     Infinite for a parameter without any effect on these runs.
     """
     table = problem.start()
+    still = [problem.outputs(k, row) for k, row in enumerate(table)]
     scales: dict[str, float] = {}
     for name in (*problem.shared, *problem.own):
         j = problem.fields.index(name)
@@ -37,7 +38,7 @@ def sensitivity_scales(problem: Problem) -> dict[str, float]:
         for k in range(len(problem.runs)):
             shifted = table[k].copy()
             shifted[j] += h
-            change = (problem.outputs(k, shifted) - problem.outputs(k, table[k])) * problem.weights
+            change = (problem.outputs(k, shifted) - still[k]) * problem.weights
             moved, count = moved + float(np.nansum(change**2)), count + change.size
         scales[name] = abs(h) / math.sqrt(moved / count) if moved > 0.0 else math.inf
     return scales

@@ -41,6 +41,8 @@ class Uncertainty:
         Independent samples that the residuals are worth.
     correlation_time : float
         Of the residuals [rows of the residual], largest over runs and channels.
+    calibration : dict of str to float
+        Variance of each of `names` over its element of H^-1: what the residuals' variance would be if they were white.
     """
 
     stderr: dict[str, float]
@@ -50,6 +52,7 @@ class Uncertainty:
     condition_number: float
     effective_samples: float
     correlation_time: float
+    calibration: dict[str, float]
 
 
 def uncertainty(problem: Problem, table: FloatArray, on_bound: frozenset[str]) -> Uncertainty:
@@ -76,7 +79,7 @@ def uncertainty(problem: Problem, table: FloatArray, on_bound: frozenset[str]) -
         meat[np.ix_(at, at)] += long_run_covariance(scores, lags)
     norm = np.sqrt(np.diag(information))
     norm[norm == 0.0] = 1.0
-    covariance, lost = _sandwich(information / np.outer(norm, norm), meat / np.outer(norm, norm))
+    covariance, inverse, lost = _sandwich(information / np.outer(norm, norm), meat / np.outer(norm, norm))
     errors = np.where(lost, np.nan, np.sqrt(np.maximum(np.diag(covariance), 0.0)) / norm)
     deviation = np.sqrt(np.maximum(np.diag(covariance)[:count], 1e-300))
     return Uncertainty(
@@ -90,6 +93,7 @@ def uncertainty(problem: Problem, table: FloatArray, on_bound: frozenset[str]) -
         condition_number=_condition_number(information, count),
         effective_samples=effective,
         correlation_time=longest,
+        calibration=dict(zip(shared, (np.diag(covariance) / np.diag(inverse))[:count].tolist(), strict=True)),
     )
 
 
@@ -132,12 +136,12 @@ def _jacobian(
     return np.nan_to_num(columns, nan=0.0, posinf=0.0, neginf=0.0)
 
 
-def _sandwich(information: FloatArray, meat: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Covariance, and which parameters take part in a direction that is not determined."""
+def _sandwich(information: FloatArray, meat: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Covariance, inverse of the information, and which parameters take part in a direction that is not determined."""
     values, vectors = np.linalg.eigh(information)
     bad = values <= SINGULAR * max(1.0, values[-1] if values.size else 1.0)
     inverse = (vectors[:, ~bad] / values[~bad]) @ vectors[:, ~bad].T
-    return inverse @ meat @ inverse, np.asarray((np.abs(vectors[:, bad]) > 1e-4).any(axis=1))
+    return inverse @ meat @ inverse, inverse, np.asarray((np.abs(vectors[:, bad]) > 1e-4).any(axis=1))
 
 
 def _condition_number(information: FloatArray, count: int) -> float:
