@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from tsm_fmu.chain import attach
-from tsm_fmu.diagnose.candidates import sizes_of
 from tsm_fmu.diagnose.coordinates import coordinates_of
-from tsm_fmu.diagnose.floors import repeats_floor, white_floor
+from tsm_fmu.diagnose.floors import white_noise
 from tsm_fmu.diagnose.gate import gate
 from tsm_fmu.diagnose.locate import benjamini_hochberg, locate
-from tsm_fmu.diagnose.name import closure
+from tsm_fmu.diagnose.response import sizes_of
 from tsm_fmu.diagnose.structure import predictable_share
-from tsm_fmu.diagnose.study import as_given, cost, refit, thinned
+from tsm_fmu.diagnose.study import Task, as_given, cost, refit, thinned
+from tsm_fmu.diagnose.summary import closure
 from tsm_fmu.identify.problem import FitRun
+from tsm_fmu.identify.residuals import noise_floor
 from tsm_fmu.kernel import kernel
 from tsm_fmu.models.contract import InputError
 from tsm_fmu.record import Record
@@ -46,25 +50,36 @@ def lugre_run(seed: int, noise: float = 0.003, extra: float = 0.0) -> FitRun:
 VALUES = {"sigma0": 120.0, "sigma1": 0.1, "sigma2": 0.2, "F_c": 0.5, "F_s": 0.55, "v_s": 0.3}
 
 
+def task(*seeds: int, fixed: tuple[str, ...] = ()) -> Task:
+    return Task("LuGreFriction", [lugre_run(seed) for seed in seeds], ("F",), VALUES, fixed=fixed)
+
+
 def test_refit_is_never_worse_than_its_start_and_finds_the_friction() -> None:
-    runs = [lugre_run(1), lugre_run(2)]
-    start = as_given("LuGreFriction", (), runs, ["F"], VALUES)
-    found = refit("LuGreFriction", (), runs, ["F"], values=VALUES)
-    assert cost(found.problem, found.table) < 0.1 * cost(found.problem, start.table)
+    two = task(1, 2)
+    start, found = as_given(two, ()), refit(two, (), {})
+    assert found.cost < 0.1 * start.cost
     assert found.rmse[0] < 0.06 * found.spread[0]
-    again = refit("LuGreFriction", (), runs, ["F"], values=found.values)
+    again = refit(two, (), found.values)
     assert cost(again.problem, again.table) <= cost(found.problem, found.table) * (1.0 + 1e-12)
 
 
 def test_a_fixed_parameter_stays() -> None:
-    found = refit("LuGreFriction", (), [lugre_run(3)], ["F"], values=VALUES, fixed=["sigma2"])
+    found = refit(task(3, fixed=("sigma2",)), (), {})
     assert found.values["sigma2"] == 0.2
 
 
 def test_thinning_keeps_runs_long_enough() -> None:
-    runs = thinned([lugre_run(4)] * 5, rows=6000, shortest=1000)
+    runs = thinned(kernel("LuGreFriction"), [lugre_run(4)] * 5, rows=6000, shortest=1000)
     assert [r.time.size for r in runs] == [1500] * 5
     assert np.array_equal(runs[0].time, lugre_run(4).time[::2])
+
+
+def test_thinning_still_follows_every_stroke() -> None:
+    t = np.arange(20_000) * 0.005
+    v = np.cos(2.0 * np.pi * 0.83 * t + 0.2)
+    run = FitRun("long", t, v[:, None], v[:, None])
+    (kept,) = thinned(kernel("LuGreFriction"), [run], rows=300, shortest=100)
+    assert np.diff(kept.time).max() <= 0.5 / 0.83 / 25.0
 
 
 def test_noise_is_not_a_law_but_a_hidden_cosine_is() -> None:
@@ -82,15 +97,18 @@ def test_repeats_give_the_noise_and_white_differences_a_lower_bound() -> None:
     t = np.arange(8000) * DT
     x = np.sin(2 * np.pi * 0.1 * t)
     rng = np.random.default_rng(5)
-    run = FitRun("sine", t, x[:, None], (3.0 * x**3 + coloured(t.size, 0.037, rng, 0.7))[:, None])
-    floor = repeats_floor([run])
+    noise = coloured(t.size, 0.037, rng, 0.7)
+    floor = noise_floor(FitRun("sine", t, x[:, None], (3.0 * x**3 + noise)[:, None]))
     assert floor is not None
     assert floor[0] == pytest.approx(0.037, rel=0.1)
-    assert white_floor([run])[0] < 0.037
+    left: Any = SimpleNamespace(residuals=[noise[:, None]])
+    assert 0.3 * 0.037 < white_noise(left)[0] < 0.037
+    left.residuals = [(0.037 * rng.normal(size=t.size) + 2.3 * x)[:, None]]
+    assert white_noise(left)[0] == pytest.approx(0.037, rel=0.05)
 
 
 def test_no_repeats_no_floor_from_them() -> None:
-    assert repeats_floor([lugre_run(6)]) is None
+    assert noise_floor(lugre_run(6)) is None
 
 
 def test_locate_finds_where_the_residual_lives() -> None:
@@ -139,10 +157,11 @@ def test_benjamini_hochberg_on_the_numbers_of_the_paper() -> None:
 
 
 def test_closure_by_hand() -> None:
-    every = np.array([True])
-    assert closure(np.array([5.0]), np.array([3.0]), np.array([3.0]), every) == pytest.approx(1.0)
-    assert closure(np.array([5.0]), np.array([4.0]), np.array([3.0]), every) == pytest.approx(9.0 / 16.0)
-    assert closure(np.array([3.0]), np.array([3.0]), np.array([3.0]), every) is None
+    assert closure(np.array([25.0]), np.array([9.0]), np.array([3.0])) == pytest.approx(1.0)
+    assert closure(np.array([25.0]), np.array([16.0]), np.array([3.0])) == pytest.approx(9.0 / 16.0)
+    assert closure(np.array([9.0]), np.array([9.0]), np.array([3.0])) is None
+    two = np.array([25.0, 8.0]), np.array([16.0, 8.0]), np.array([3.0, 2.0])  # the weights are 1/9 and 1/4
+    assert closure(*two) == pytest.approx(1.0 - (7.0 / 9.0 + 1.0) / (16.0 / 9.0 + 1.0))
 
 
 def test_sizes_take_an_effect_out_of_neutral_and_shapes_do_not() -> None:
@@ -160,7 +179,7 @@ def test_gate_refuses_a_drive_that_stands_still() -> None:
 
 
 def test_a_short_held_out_run_is_refused() -> None:
-    found = as_given("LuGreFriction", (), [lugre_run(12)], ["F"], VALUES)
+    found = as_given(task(12), ())
     short = FitRun("short", *(a[:100] for a in (lugre_run(13).time, lugre_run(13).inputs, lugre_run(13).targets)))
     with pytest.raises(InputError, match=r"held-out run short of 0.99 s -- expected more than the 2 s"):
         found.judged_on([short])

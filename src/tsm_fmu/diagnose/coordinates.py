@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,6 +42,10 @@ class Coordinates:
     load: FloatArray | None
     time: FloatArray
 
+    def every(self, step: int) -> Coordinates:
+        """The same at every so-many-th sample."""
+        return replace(self, **{name: y[::step] for name, y in vars(self).items() if y is not None})
+
 
 def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: float | None = None) -> Coordinates:
     """Coordinates of a run; the speed is smoothed over a hundredth of the run's fastest reversal.
@@ -72,6 +76,13 @@ def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: 
     last = np.searchsorted(turned, np.arange(x.size), side="right") - 1
     since = np.where(last >= 0, np.abs(x - x[turned[np.maximum(last, 0)]]) if turned.size else span, span)
     return Coordinates(x, v, a, s, z, since, _last_hold(v, run.time), load, run.time)
+
+
+def coordinate_units(kernel: Kernel) -> tuple[str, str]:
+    """SI units of the motion and of the load of a model, ``1`` where it has none."""
+    units = {v.name: v.quantity.unit for v in (*kernel.inputs, *kernel.outputs)}
+    motion = units.get(motion_channel(kernel), "1").removesuffix("/s")
+    return motion, units.get(getattr(kernel.module, "LOAD", ""), "1")
 
 
 def _settled_direction(x: FloatArray, dead: float) -> FloatArray:

@@ -14,11 +14,13 @@ from ..identify.problem import FloatArray
 from ..kernel import Kernel, kernel
 from ..models.contract import InputError
 from ..record import write_record
-from .candidates import places_of
+from .response import places_of
 from .study import Fitted, motion_channel
 
 STEP = 0.005
 LENGTH = 20.0
+ROUNDED = 0.1
+"""Time over which a corner of the motion is rounded [s]."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,7 @@ def menu(fitted: Fitted) -> list[tuple[str, FloatArray, FloatArray]]:
     for name, shape in shapes.items():
         for loading in ("constant", "swept") if load in names else ("",):
             inputs = np.tile(np.mean([r.inputs.mean(axis=0) for r in problem.runs], axis=0), (t.size, 1))
-            position = centre + half * np.clip(shape, -1.0, 1.0)
+            position = playable(centre + half * np.clip(shape, -1.0, 1.0), t, fastest)
             _put(inputs, names, motion, position, t)
             if loading == "swept":
                 column = names.index(load)
@@ -103,6 +105,17 @@ def menu(fitted: Fitted) -> list[tuple[str, FloatArray, FloatArray]]:
             label = f"{name}, load {loading}" if loading else name
             found.append((label, t, np.ascontiguousarray(inputs)))
     return found
+
+
+def playable(position: FloatArray, t: FloatArray, fastest: float) -> FloatArray:
+    """The motion at no more than a speed, its corners rounded over a tenth of a second."""
+    dt, followed = float(t[1] - t[0]), np.empty_like(position)
+    followed[0] = position[0]
+    for k in range(1, position.size):
+        followed[k] = followed[k - 1] + min(max(position[k] - followed[k - 1], -fastest * dt), fastest * dt)
+    width = max(1, round(ROUNDED / dt))
+    padded = np.pad(followed, (width // 2, width - 1 - width // 2), mode="edge")
+    return np.convolve(padded, np.full(width, 1.0 / width), "valid")
 
 
 def write_experiment(path: Path, motion: Motion, model: Kernel) -> Path:

@@ -16,6 +16,8 @@ FEWEST = 200
 """Samples that a run needs at least."""
 CLIPPED = 0.02
 """A channel that stands at its limit for more than this part of a run is not a measurement of the drive."""
+OFTEN = 8.0
+"""Share of the samples at a limit over that at a level on average, beyond which it is a limit and not a level."""
 
 
 @dataclass(frozen=True)
@@ -58,12 +60,15 @@ def gate(records: Sequence[Record], model: Kernel, channels: Sequence[str]) -> G
             part = (f.rows[1] - f.rows[0] + 1) / record.time.size
             if f.channel in channels and f.kind == "stuck" and part > 0.9:
                 refused.append(f"{record.name}: {f.text}")
-            if f.channel in channels and f.kind == "clipping" and _at_limit(record.columns[f.channel]) > CLIPPED:
+            if f.channel in channels and f.kind == "clipping" and _clipped(record.columns[f.channel]):
                 refused.append(f"{record.name}: {f.text}")
     if not moving:
         refused.append(f"{motion} does not move in any run")
     return Gate(tuple(notes), tuple(refused))
 
 
-def _at_limit(x: np.ndarray) -> float:
-    return float(max(np.mean(x == x.max()), np.mean(x == x.min())))
+def _clipped(x: np.ndarray) -> bool:
+    """Whether the signal stands at its limit for long, and far longer than a coarse converter stands at each level."""
+    levels = np.unique(x).size
+    at_limit = max(float(np.mean(x == x.max())), float(np.mean(x == x.min())))
+    return at_limit > CLIPPED and at_limit > OFTEN / levels

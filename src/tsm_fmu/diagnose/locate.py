@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from ..identify.problem import FloatArray
 from .coordinates import Coordinates
+from .frequency import frequencies
+from .surrogates import chance, surrogates
 
 BINS = 16
-SURROGATES = 99
+SURROGATES = 199
 LEVEL = 0.05
 """False discovery rate over coordinates and channels (Benjamini and Hochberg 1995)."""
 ROWS = 4000
@@ -25,16 +28,20 @@ class Place:
     Attributes
     ----------
     channel, coordinate, unit : str
+        ``coordinate`` is one of x, v, a, sgn v, distance since reversal, dwell, time, load, drum angle, or in Hz:
+        ``odd harmonics``, ``even harmonics`` and ``harmonic k`` of a periodic motion, ``frequency`` of any other.
     range : tuple of (float, float)
-        Part of the coordinate in which most of the disagreement lies.
+        Part of the coordinate in which most of the disagreement lies; of harmonics the lowest and highest counted.
     share_of_gap : float
         Share of the residual's mean square in that range.
     share_of_samples : float
-        Share of the samples there: what chance alone would give.
+        What chance alone would give: the share of the samples, of a frequency that of the residual's background.
     explained : float
-        Share of the residual's variance that is a function of the coordinate.
+        Share of the residual's variance that is a function of the coordinate, one for each direction of motion.
+    chance : float
+        The same in noise of the residual's colour.
     p : float
-        Probability of such a function in phase-randomised surrogates of the residual.
+        Probability of such a function, beyond what the direction alone gives, in that noise.
     significant : bool
         After Benjamini-Hochberg over all coordinates and channels.
     """
@@ -46,6 +53,7 @@ class Place:
     share_of_gap: float
     share_of_samples: float
     explained: float
+    chance: float
     p: float
     significant: bool
 
@@ -55,6 +63,10 @@ def locate(
     load_unit: str, seed: int = 0,
 ) -> list[Place]:  # fmt: skip
     """Share of the residual over each coordinate, most telling first.
+
+    Significance is against noise with the continuous part of the residual's spectrum (`surrogates`). Of coordinates
+    the statistic is the share that is a function of them, in each direction of motion on its own, beyond what the
+    direction explains; of frequencies see `frequency`.
 
     Parameters
     ----------
@@ -68,24 +80,28 @@ def locate(
     rng = np.random.default_rng(seed)
     steps = [max(1, r.shape[0] * len(residuals) // ROWS) for r in residuals]
     short = [r[::s] for r, s in zip(residuals, steps, strict=True)]
-    axes = _axes(places, steps, motion_unit, load_unit)
+    thin = [c.every(s) for c, s in zip(places, steps, strict=True)]
+    axes = [(*axis, number) for axis in axes_of(thin, motion_unit, load_unit) if (number := bins(axis[2])) is not None]
+    direction = (np.concatenate([c.s for c in thin]) > 0.0).astype(int)
     found = []
     for c, channel in enumerate(channels):
         parts = [r[:, c] for r in short]
-        surrogates = [np.concatenate([_surrogate(p, rng) for p in parts]) for _ in range(SURROGATES)]
-        residual = np.concatenate(parts)
-        for name, unit, values in axes:
-            number = _bins(values)
-            if number is None:
-                continue
-            explained = _explained(residual, number)
-            beaten = sum(_explained(s, number) >= explained for s in surrogates)
+        drawn = [surrogates(p, SURROGATES, rng) for p in parts]
+        residual, noise = np.concatenate(parts), np.concatenate(drawn)
+        for name, unit, values, number in axes:
             span, share, samples = _densest(residual, values, number)
-            p = (1 + beaten) / (1 + SURROGATES)
-            found.append(Place(channel, name, unit, span, share, samples, explained, p, False))
+            both = number if name == "sgn v" else 2 * number + direction
+            explained, by_chance, _ = chance(residual[:, None], noise, _Explained(both))
+            alone = None if name == "sgn v" else direction
+            p = chance(residual[:, None], noise, _Explained(both, alone))[2]
+            found.append(Place(channel, name, unit, span, share, samples, explained, by_chance, p, False))
+        found += [
+            Place(channel, f.name, "Hz", f.range, f.share, f.background, f.explained, f.chance, f.p, False)
+            for f in frequencies(parts, drawn, thin)
+        ]
     kept = benjamini_hochberg([f.p for f in found])
-    marked = [Place(**{**vars(f), "significant": k}) for f, k in zip(found, kept, strict=True)]
-    return sorted(marked, key=lambda f: (not f.significant, -f.explained))
+    marked = [replace(f, significant=k) for f, k in zip(found, kept, strict=True)]
+    return sorted(marked, key=lambda f: (not f.significant, f.chance - f.explained))
 
 
 def benjamini_hochberg(p: Sequence[float], level: float = LEVEL) -> list[bool]:
@@ -96,11 +112,11 @@ def benjamini_hochberg(p: Sequence[float], level: float = LEVEL) -> list[bool]:
     return [value <= limit for value in p]
 
 
-def _axes(
-    places: Sequence[Coordinates], steps: Sequence[int], unit: str, load_unit: str
-) -> list[tuple[str, str, FloatArray]]:
+def axes_of(places: Sequence[Coordinates], unit: str, load_unit: str) -> list[tuple[str, str, FloatArray]]:
+    """Name, unit and values (all runs joined) of each coordinate that the runs have."""
+
     def joined(name: str) -> FloatArray:
-        return np.concatenate([getattr(p, name)[::s] for p, s in zip(places, steps, strict=True)])
+        return np.concatenate([getattr(p, name) for p in places])
 
     found = [
         ("x", unit, joined("x")),
@@ -118,18 +134,31 @@ def _axes(
     return found
 
 
-def _bins(values: FloatArray) -> NDArray[np.int_] | None:
-    edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, BINS + 1)))
+def bins(values: FloatArray, count: int = BINS) -> NDArray[np.int_] | None:
+    """Number of the quantile bin of each sample; None for a coordinate that stands still."""
+    edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, count + 1)))
     if edges.size < 3:
         levels = np.unique(values)
-        return np.searchsorted(levels, values) if 1 < levels.size <= BINS else None
+        return np.searchsorted(levels, values) if 1 < levels.size <= count else None
     return np.clip(np.searchsorted(edges, values, side="right") - 1, 0, edges.size - 2)
 
 
-def _explained(residual: FloatArray, number: NDArray[np.int_]) -> float:
-    count = np.bincount(number)
-    sums = np.bincount(number, residual)
-    return float(np.sum(sums**2 / np.maximum(count, 1)) / max(float(np.sum(residual**2)), 1e-300))
+class _Explained:
+    """Share of the variance of each column that the means of bins make, less that of coarser bins."""
+
+    def __init__(self, number: NDArray[np.int_], less: NDArray[np.int_] | None = None) -> None:
+        self.parts = [(1.0, _membership(number))] + ([(-1.0, _membership(less))] if less is not None else [])
+
+    def __call__(self, columns: FloatArray) -> FloatArray:
+        centred = columns - columns.mean(axis=0)
+        total = np.maximum(np.sum(centred**2, axis=0), 1e-300)
+        return sum((sign * np.sum((m @ centred) ** 2, axis=0) for sign, m in self.parts), np.zeros(1)) / total
+
+
+def _membership(number: NDArray[np.int_]) -> csr_array:
+    """Matrix (bins, n) that sums each bin and divides by the root of its count."""
+    weight = 1.0 / np.sqrt(np.maximum(np.bincount(number), 1))[number]
+    return csr_array((weight, (number, np.arange(number.size))))
 
 
 def _densest(
@@ -144,13 +173,6 @@ def _densest(
             if j - i < energy.size and energy[i:j].sum() - share[i:j].sum() > best:
                 best, at = float(energy[i:j].sum() - share[i:j].sum()), (i, j)
     inside = (number >= at[0]) & (number < at[1])
-    span = (float(values[inside].min()), float(values[inside].max()))
+    low, high = np.quantile(values[inside], [0.005, 0.995])  # a derivative may begin with an outlier
+    span = (float(low), float(high))
     return span, float(energy[at[0] : at[1]].sum()), float(share[at[0] : at[1]].sum())
-
-
-def _surrogate(series: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """The same spectrum with random phases: no relation to any coordinate is left."""
-    spectrum = np.fft.rfft(series)
-    phases = np.exp(2j * np.pi * rng.random(spectrum.size))
-    phases[0] = 1.0
-    return np.fft.irfft(spectrum * phases, series.size)

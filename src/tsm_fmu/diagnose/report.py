@@ -2,165 +2,232 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .. import __version__
-from ..check.finding import shown
-from ..report import Line, Section, Table, loop_figure, time_figure, write_report
+from ..display import display
+from ..report import Section, Table, write_report
+from .answer import TELLING, answer, best_wrong, changed_parameters, leading_channel, place_text, range_text, share_text
+from .candidates import possible
+from .excitation import EXCITATION, words
 from .experiment import Motion
-from .locate import Place
-from .study import motion_channel
+from .plots import dependence_figures, experiment_figures, run_sections
+from .summary import Candidate
+from .terms import LEGEND
+from .unknown import Hint
 from .workflow import Diagnosis
 
 if TYPE_CHECKING:
     from .result import Gap
 
-MOST_RUNS = 3
 MOST_PLACES = 12
 
 
-def answer(found: Diagnosis, gap: Mapping[str, Gap]) -> str:
-    """The answer in one or two sentences."""
-    worst = max(gap.items(), key=lambda g: g[1].before / max(g[1].floor, 1e-300), default=None)
-    numbers = ""
-    if worst is not None:
-        channel, g = worst
-        held = g.holdout_before is not None and g.holdout_after is not None
-        before, after = (g.holdout_before, g.holdout_after) if held else (g.before, g.after)
-        numbers = (
-            f" {'Held-out error' if held else 'Error'} of {channel}: {shown(before or 0.0, g.unit)} -> "
-            f"{shown(after or 0.0, g.unit)}, floor {shown(g.floor, g.unit)}."
-        )
-    first = next((p for p in found.where if p.significant), None)
-    where = f"{_place(first)} " if first else ""
-    best = found.candidates[0] if found.candidates else None
-    if found.verdict == "named":
-        names = " and ".join(e.replace("_", " ") for e in found.effects)
-        share = (
-            f" {100 * g.closure:.0f} % of what a refit leaves closes."
-            if worst and (g := worst[1]).closure is not None
-            else ""
-        )
-        return f"{where}What is missing: {names}.{share}{numbers}"
-    if found.verdict == "ambiguous":
-        names = " or ".join(e.replace("_", " ") for e in found.equivalent[0])
-        return f"{where}These runs cannot tell {names} apart; play the next experiment.{numbers}"
-    if found.verdict == "parameters":
-        return f"Nothing is missing: other parameter values close the gap.{numbers}"
-    if found.verdict == "none":
-        return f"Nothing is missing: no gap above the floor.{numbers}"
-    if found.verdict == "not_excited":
-        return f"No answer from these runs: {'; '.join(found.gate.refused) or 'no effect for it shows'}."
-    tried = f" The nearest, {best.effect.replace('_', ' ')}, does not pass." if best else ""
-    return f"{where}Something is missing that no effect of the library explains well enough.{tried}{numbers}"
-
-
 def write_diagnosis_report(
-    path: Path, found: Diagnosis, gap: Mapping[str, Gap], motion: Motion | None, records: Mapping[str, str]
-) -> Path:
-    """Write the report; see `tsm_fmu.report.write_report`."""
-    sections = [s for s in (_gaps(gap), _where(found), _candidates(found), *_plots(found), _rest(found, motion)) if s]
-    provenance: dict[str, Any] = {"tsm-fmu": __version__, **records}
-    return write_report(path, "Diagnosis", answer(found, gap), sections, provenance)
+    path: Path, found: Diagnosis, gap: Mapping[str, Gap], hints: Sequence[Hint], motion: Motion | None,
+    provenance: Mapping[str, Any],
+) -> Path:  # fmt: skip
+    """Write the report; see `tsm_fmu.report.write_report`.
 
-
-def _place(p: Place) -> str:
-    low, high = (shown(v, p.unit) for v in p.range)
-    inside = f"at {p.coordinate} from {low} to {high}"
-    if p.coordinate.startswith("distance") and p.range[0] < 0.1 * p.range[1]:
-        inside = f"within {high} after a reversal"
-    return (
-        f"{100 * p.share_of_gap:.0f} % of the disagreement of {p.channel} lies {inside} "
-        f"({100 * p.share_of_samples:.0f} % of the samples)."
+    Parameters
+    ----------
+    path : Path
+    found : Diagnosis
+    gap : mapping of str to Gap
+    hints : sequence of Hint
+    motion : Motion or None
+        The next experiment.
+    provenance : mapping
+        What else produced the numbers: records with their hashes, seed.
+    """
+    made = [
+        _gaps(gap), _where(found, hints), _candidates(found, gap), _formulas(found, hints), *run_sections(found),
+        _not_excluded(found), _next(found, motion), _notes(found),
+    ]  # fmt: skip
+    model = found.final.model if found.final else ""
+    sources = (
+        {"tsm-fmu": __version__, "verdict": found.verdict} | ({"model": model} if model else {}) | dict(provenance)
     )
+    title = f"Diagnosis of {model}" if model else "Diagnosis"
+    return write_report(path, title, answer(found, gap, hints), [s for s in made if s], sources)
 
 
 def _gaps(gap: Mapping[str, Gap]) -> Section | None:
     if not gap:
         return None
-    heading = (
-        "channel", "unit", "as given", "refitted", "after", "held-out before", "held-out after", "floor", "closure",
-        "90 % over runs", "FMU",
-    )  # fmt: skip
-    rows = [
-        (c, g.unit, g.before, g.refitted, g.after, g.holdout_before, g.holdout_after, g.floor, g.closure,
-         "" if g.closure_interval is None else "{:.2f} to {:.2f}".format(*g.closure_interval), g.fmu)
-        for c, g in gap.items()
-    ]  # fmt: skip
+    stages = {"as given": "before", "refitted": "refitted", "after": "after", "exported FMU": "fmu"}
+    rows = []
+    for channel, g in gap.items():
+        unit = display(g.unit, max(g.before, g.floor))
+        interval = (
+            "" if g.closure_interval is None else "{:.0f} to {:.0f} %".format(*(100 * x for x in g.closure_interval))
+        )
+        held = g.holdout_before is not None
+        for runs, prefix in (("measured", ""), ("held out", "holdout_")) if held else (("measured", ""),):
+            errors = [getattr(g, prefix + field, None) for field in stages.values()]
+            closed = (_percent(g.closure), interval) if bool(prefix) == held else ("", "")
+            scaled = [None if x is None else _rounded(x * unit.factor) for x in (*errors, g.floor)]
+            rows.append((channel, runs, unit.unit, *scaled, *closed))
+    heading = ("channel", "runs", "unit", *stages, "floor", "closed", "90 % over runs")
     text = (
-        "RMSE. The floor is what the runs do not repeat or no coordinate predicts; closure is of what lies above it, "
-        "from the refit on where effects were added. Experimental: thresholds and scores are not calibrated yet."
+        "Root mean square of measured minus simulated. Refitted: other parameter values only; after: with the effects "
+        "of the answer. The floor is what the runs do not repeat, or what nothing in the motion predicts. Closed: "
+        "share of the mean square above the floor that is gone."
     )
     return Section("Gap", text, [Table(heading, rows)])
 
 
-def _where(found: Diagnosis) -> Section | None:
+def _where(found: Diagnosis, hints: Sequence[Hint]) -> Section | None:
     if not found.where:
         return None
-    heading = ("channel", "over", "from", "to", "share of gap", "share of samples", "explained", "p", "significant")
     rows = [
-        (p.channel, p.coordinate, shown(p.range[0], p.unit), shown(p.range[1], p.unit), p.share_of_gap,
-         p.share_of_samples, p.explained, p.p, "yes" if p.significant else "no")
+        (p.channel, p.coordinate, " to ".join(range_text(p)), _percent(p.share_of_gap), _percent(p.share_of_samples),
+         _percent(p.explained), _percent(p.chance), "< 1e-6" if p.p <= 1e-6 else f"{p.p:.1g}",
+         "yes" if p.significant else "no")
         for p in found.where[:MOST_PLACES]
     ]  # fmt: skip
-    text = " ".join(_place(p) for p in found.where if p.significant and p.explained > 0.1) or (
-        "The disagreement does not depend on any coordinate beyond chance."
+    heading = (
+        "channel",
+        "over",
+        "mostly",
+        "of the gap",
+        "of samples",
+        "explained",
+        "by chance",
+        "p",
+        "significant",
     )
-    caption = "p from surrogates with the residual's spectrum; significant after Benjamini-Hochberg at 5 %"
-    return Section("Where", text, [Table(heading, rows, caption)])
+    whose = "the model as given" if found.verdict in ("none", "parameters") else "the refitted model"
+    told: dict[str, list[str]] = {}
+    for p in found.where:
+        if p.significant and p.explained - p.chance > TELLING:
+            parts = told.setdefault(p.channel, [])
+            parts.append(f"{_percent(p.share_of_gap)} {place_text(p)}" if parts else share_text(p))
+    text = " ".join(f"{', '.join(parts[:3])}." for parts in told.values())
+    text = text or "The disagreement does not depend on any coordinate beyond chance."
+    caption = (
+        f"Residual of {whose}, most telling first. Explained: share of its variance that is a function of the "
+        "coordinate, for each direction of motion; p against noise of its colour, significant after Benjamini-Hochberg "
+        "at 5 %"
+    )
+    figures = [f for h in hints for f in dependence_figures(h)]
+    return Section("Where", text, [Table(heading, rows, caption)], figures)
 
 
-def _candidates(found: Diagnosis) -> Section | None:
-    if not found.candidates:
+def _candidates(found: Diagnosis, gap: Mapping[str, Gap]) -> Section | None:
+    if not found.candidates or found.baseline is None:
         return None
-    rows = [
-        (c.spec, c.score, c.closure_measured, c.closure_holdout, values)
-        for c in found.candidates
-        for values in [", ".join(f"{n} {v:.3g}" for n, v in c.parameters.items())]
-    ]
-    heading = ("effect", "score", "closes, measured", "closes, held out", "parameters")
-    caption = "score: twice the log likelihood gained with effective samples, less the cost of the parameters"
-    return Section("Candidates", "Each refitted together with the baseline.", [Table(heading, rows, caption)])
+    channel = leading_channel(found, gap) or found.channels[0]
+    c, base = found.channels.index(channel), found.baseline
+    unit = display(base_unit(found, channel), float(base.rmse[c]))
+    rows: list[tuple[Any, ...]] = [("none (refit alone)", _rounded(base.rmse[c] * unit.factor), "", "", "", "", "")]
+    rows += [
+        (words(r.spec), _rounded(r.fitted.rmse[c] * unit.factor), _percent(r.closure_measured),
+         _percent(r.closure_holdout), round(r.score, 1), r.spec, _values(r))
+        for r in found.candidates
+    ]  # fmt: skip
+    error = f"error of {channel} [{unit.unit}]"
+    heading = ("effect", error, "closes, measured", "closes, held out", "score", "id", "parameters")
+    caption = "Score: what it removes beyond the refit [dB of the mean square, measured and held-out runs together]"
+    text = "Each effect refitted together with the model: those of the answer together, the others alone."
+    wrong = best_wrong(found)
+    right = next((r for r in found.candidates if r is not wrong), None)
+    if wrong is not None and right is not None and (found.effects or found.equivalent):
+        values = [unit(float(r.fitted.rmse[c])) for r in (right, wrong)]
+        text += f" Error of {channel} with {words(right.spec)}: {values[0]}; with the best of the others, "
+        text += f"{words(wrong.spec)}: {values[1]}."
+    return Section("Candidates", text, [Table(heading, rows, caption)])
 
 
-def _plots(found: Diagnosis) -> list[Section]:
-    given, base, final = found.given, found.baseline, found.final
-    if given is None or base is None or final is None:
-        return []
-    full = {"as given": given.at(found.runs), "refitted": base.at(found.runs), "after": final.at(found.runs)}
-    if final is base or final is given:
-        del full["after"]
-    names = [v.name for v in base.problem.kernel.inputs]
-    motion = motion_channel(base.problem.kernel)
-    units = {v.name: v.quantity.unit for v in (*base.problem.kernel.inputs, *base.problem.kernel.outputs)}
-    sections = []
-    for k, run in enumerate(found.runs[:MOST_RUNS]):
-        figures = []
-        for c, channel in enumerate(found.channels):
-            y = {n: run.targets[:, c] - f.residuals[k][:, c] for n, f in full.items()}
-            lines = [Line("measured", run.time, run.targets[:, c], dashed=True)]
-            lines += [Line(n, run.time, v) for n, v in y.items()]
-            if motion in names:
-                x = run.inputs[:, names.index(motion)]
-                loops = [Line("measured", x, run.targets[:, c], dashed=True), *(Line(n, x, v) for n, v in y.items())]
-                x_label = f"{motion} [{units[motion]}]"
-                figures.append(loop_figure(loops, f"{channel} over {motion}", x_label, f"[{units[channel]}]"))
-            figures.append(time_figure(lines, channel, f"[{units[channel]}]"))
-            left = [Line(n, run.time, f.residuals[k][:, c]) for n, f in full.items()]
-            figures.append(time_figure(left, f"measured minus simulated, {channel}", f"[{units[channel]}]"))
-        sections.append(Section(f"Run {run.name}", "", figures=figures))
-    return sections
+def _formulas(found: Diagnosis, hints: Sequence[Hint]) -> Section | None:
+    if found.verdict not in ("unknown", "ambiguous"):
+        return None
+    lines = []
+    for h in hints:
+        f = h.formula
+        if f.text:
+            lines.append(
+                f"{h.channel}: residual = {f.text}. Predicts {100 * f.share:.0f} % of the residual on parts left out."
+            )
+        else:
+            lines.append(f"{h.channel}: no short formula predicts the residual on parts left out.")
+    if not lines:
+        return None
+    if any(h.formula.text for h in hints):
+        lines.append(f"A description within the range of these runs, not a name: other laws look alike. {LEGEND}.")
+    return Section("What the missing part looks like", "\n\n".join(lines))
 
 
-def _rest(found: Diagnosis, motion: Motion | None) -> Section:
-    parts = []
-    if found.equivalent:
-        parts.append("Not told apart: " + "; ".join(", ".join(ids) for ids in found.equivalent) + ".")
+def _not_excluded(found: Diagnosis) -> Section | None:
+    parts, tables = [], []
+    for ids in found.equivalent:
+        parts.append(f"These runs cannot tell apart: {', '.join(words(e) for e in ids)}.")
     if found.not_excited:
-        parts.append("These runs could not show: " + ", ".join(found.not_excited) + ".")
-    if motion is not None:
-        parts.append(f"Next experiment: {motion.name}; the rivals then differ by {motion.separation:.2g} floors.")
-    parts += list(found.notes) + list(found.gate.refused) + list(found.gate.notes)
-    return Section("What could not be excluded", "\n\n".join(parts) or "Nothing to add.")
+        placed = _placed(found)
+        hidden = [e for e in found.not_excited if e in placed]
+        elsewhere = [e for e in found.not_excited if e not in placed]
+        if hidden:
+            rows = [(words(e), EXCITATION[e].shown_by, e) for e in hidden]
+            tables.append(Table(("effect", "what would show it", "id"), rows, "These runs could not show"))
+        if elsewhere:
+            model = found.final.model if found.final else "the model"
+            parts.append(f"Without a place in {model} and these channels: {', '.join(words(e) for e in elsewhere)}.")
+    return Section("What could not be excluded", "\n\n".join(parts), tables) if parts or tables else None
+
+
+def _placed(found: Diagnosis) -> set[str]:
+    """Effects that have a place in the model and the channels."""
+    if found.given is None:
+        return set(found.not_excited)
+    kernel = found.given.problem.kernel
+    allowed = possible(found.given.model, found.channels, (), [v.name for v in kernel.inputs])
+    return {a.module.NAME for a in allowed}
+
+
+def _next(found: Diagnosis, motion: Motion | None) -> Section | None:
+    if motion is None or found.final is None:
+        return None
+    rivals = " and ".join(words(e) for e in found.equivalent[0]) if found.equivalent else "the rivals"
+    text = (
+        f"Play {motion.name} (next_experiment.csv, {motion.time[-1]:.0f} s): the predictions of {rivals} then differ "
+        f"by {motion.separation:.2g} times the floor."
+    )
+    return Section("Next experiment", text, figures=experiment_figures(found.final.problem.kernel, motion))
+
+
+def _notes(found: Diagnosis) -> Section | None:
+    changes = changed_parameters(found, 6) if found.verdict in ("named", "ambiguous", "parameters") else []
+    parts = [f"The refit moved {', '.join(changes)}."] if changes else []
+    parts += [f"{n[0].upper()}{n[1:].rstrip('.')}." for n in (*found.notes, *found.gate.refused)]
+    tables = (
+        [Table(("finding",), [(n,) for n in found.gate.notes], "What the check of the data says")]
+        if found.gate.notes
+        else []
+    )
+    return Section("Notes", "\n\n".join(parts), tables) if parts or tables else None
+
+
+def base_unit(found: Diagnosis, channel: str) -> str:
+    """SI unit of a channel."""
+    assert found.baseline is not None
+    return next(v.quantity.unit for v in found.baseline.problem.kernel.outputs if v.name == channel)
+
+
+def _values(r: Candidate) -> str:
+    """Parameters of a candidate with their units."""
+    units = {v.name: re.sub(r"\((\w+)\)", r"\1", v.quantity.unit) for v in r.fitted.problem.kernel.parameters}
+    own = {n: next((u for name, u in units.items() if name.endswith(f"{r.effect}.{n}")), "") for n in r.parameters}
+    return ", ".join(f"{n} = {value:.3g} {own[n]}".removesuffix(" 1").rstrip() for n, value in r.parameters.items())
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.3g}") if np.isfinite(value) else value
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{round(100.0 * share)} %"

@@ -17,9 +17,11 @@ from ..identify.problem import FloatArray
 from ..models.contract import InputError
 from ..plain_json import finite
 from ..record import Record
+from .answer import answer
 from .experiment import Motion, next_experiment, write_experiment
-from .name import Named
 from .study import Fitted, rms
+from .summary import Candidate
+from .unknown import hints_of
 from .workflow import Diagnosis
 
 REPLAYED = 60_000
@@ -44,6 +46,7 @@ class Gap:
     closure: float | None
     closure_interval: tuple[float, float] | None
     refitted: float
+    holdout_refitted: float | None
     fmu: float | None
 
 
@@ -74,7 +77,8 @@ def write_diagnosis(
         out.mkdir(parents=True, exist_ok=True)
     except OSError as failure:
         raise InputError(f"--out {out} -- expected a folder ({failure.strerror}) -- choose another") from failure
-    card = fmu = experiment = None
+    card = fmu = experiment = motion = None
+    seen = hints_of(found, seed)
     gap: dict[str, Gap] = {}
     if found.final is not None:
         card = out / "card.toml"
@@ -86,6 +90,7 @@ def write_diagnosis(
             experiment = write_experiment(out / "next_experiment.csv", motion, found.final.problem.kernel)
     data = {
         "verdict": found.verdict,
+        "answer": answer(found, gap, seen),
         "effects": [e.partition("@")[0] for e in found.effects],
         "places": list(found.effects),
         "equivalent": [list(ids) for ids in found.equivalent],
@@ -97,11 +102,13 @@ def write_diagnosis(
         "fmu": str(fmu) if fmu else None,
         "report": str(out / "report.html"),
         "next_experiment": str(experiment) if experiment else None,
-        "calibrated": False,  # the scores have not been calibrated on blind cases yet
+        "formulas": {h.channel: asdict(h.formula) for h in seen if h.formula.text},
         "notes": [*found.gate.refused, *found.notes, *found.gate.notes],
     }
-    records = [*measured, *holdout, *reference]
-    write_diagnosis_report(out / "report.html", found, gap, _motion(found), {r.name: r.sha256 for r in records})
+    roles = {"measured": measured, "held out": holdout, "reference": reference}
+    records = {f"{role} {r.name}": f"sha256 {r.sha256}" for role, runs in roles.items() for r in runs}
+    provenance = {"preset": preset or "none", "seed": seed, **records}
+    write_diagnosis_report(out / "report.html", found, gap, seen, motion, provenance)
     (out / "diagnosis.json").write_text(json.dumps(finite(data), indent=2) + "\n", encoding="utf-8")
     return data
 
@@ -112,24 +119,25 @@ def gaps(found: Diagnosis, replayed: FloatArray | None = None) -> dict[str, Gap]
     if given is None or base is None or final is None:
         return {}
     before, refitted, after = (f.at(found.runs).residuals for f in (given, base, final))
-    held = [rms(f.judged_on(found.holdout)) for f in (given, final)] if found.holdout else None
-    start = base if found.effects else given  # what effects close is counted from the refit, which is not theirs
-    judged = [f.judged_on(found.holdout) if found.holdout else f.at(found.runs).residuals for f in (start, final)]
+    judged = [f.judged_on(found.holdout) if found.holdout else f.at(found.runs).residuals for f in (given, base, final)]
+    held = [rms(residuals) for residuals in judged] if found.holdout else None
+    start = judged[1 if found.effects else 0]  # what effects close is counted from the refit, which is not theirs
     units = {v.name: v.quantity.unit for v in final.problem.kernel.outputs}
     result = {}
     for c, channel in enumerate(found.channels):
         floor = float(found.floor[c])
-        one, two = ([r[:, c] for r in runs] for runs in judged)
+        one, two = ([r[:, c] for r in runs] for runs in (start, judged[2]))
         result[channel] = Gap(
             unit=units[channel],
             before=float(rms(before)[c]),
             after=float(rms(after)[c]),
             holdout_before=float(held[0][c]) if held else None,
-            holdout_after=float(held[1][c]) if held else None,
+            holdout_after=float(held[2][c]) if held else None,
             floor=floor,
             closure=_closure(one, two, floor),
             closure_interval=_interval(one, two, floor),
             refitted=float(rms(refitted)[c]),
+            holdout_refitted=float(held[1][c]) if held else None,
             fmu=None if replayed is None else float(replayed[c]),
         )
     return result
@@ -199,7 +207,7 @@ def _motion(found: Diagnosis) -> Motion | None:
     return next_experiment(list(first.values()), found.floor)
 
 
-def _candidate(c: Named) -> dict[str, Any]:
+def _candidate(c: Candidate) -> dict[str, Any]:
     return {
         "effect": c.effect,
         "place": c.spec,

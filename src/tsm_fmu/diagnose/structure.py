@@ -90,7 +90,7 @@ def named_features(c: Coordinates, all_runs: Sequence[Coordinates]) -> dict[str,
         found[f"x lagged {lag:g}"] = x - slow
         slow, _ = lfilter([1.0 - keep], [1.0, -keep], s, zi=[keep * s[0]])
         found[f"s lagged {lag:g}"] = s - slow
-    if np.ptp(c.dwell) > 0.0:
+    if any(np.ptp(r.dwell) > 0.0 for r in all_runs):
         found["s exp(-d) ln(hold)"] = s * np.exp(-c.since_reversal / (0.05 * span)) * np.log1p(c.dwell)
     if c.load is not None:
         w = c.load / size("load")

@@ -3,35 +3,64 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from ..chain import chain
+from ..chain import attach, chain
 from ..identify.coordinates import Coordinates
 from ..identify.fit import SETTLING
 from ..identify.problem import FitRun, FloatArray, Problem
-from ..identify.search import Search, search_fast
 from ..identify.specification import fit_parameters, per_run_fields
 from ..identify.structure import sensitivity_scales
 from ..identify.uncertainty import autocorrelation_time
-from ..kernel import Kernel
+from ..kernel import Kernel, kernel
 from ..models.contract import InputError
 
-ROWS = 6_000
+ROWS = 4_000
 """Samples of all measured runs together that the search works on; more are thinned evenly."""
-SHORTEST = 800
+ROWS_OF_SPEED = 20_000
+"""The same where the input is a speed: between samples it is not known, and thinning would act as a lag."""
+SHORTEST = 500
 """Samples that a run keeps at least."""
-STEPS = 25
+STROKE = 25
+"""Samples of a stroke that are kept at least."""
+STEPS = 15
 """Steps of one refit at most."""
+NONE: Mapping[str, float] = MappingProxyType({})
+TOLERANCE = 1e-4
+"""A refit ends when a step changes the sum of squares by less than this part; gaps are compared to a hundredth."""
 
 
-def thinned(runs: Sequence[FitRun], rows: int = ROWS, shortest: int = SHORTEST) -> list[FitRun]:
-    """Runs with every m-th sample: kernels step exactly, so a longer step loses no accuracy of the model."""
+def searched(model: Kernel, runs: Sequence[FitRun]) -> list[FitRun]:
+    """Runs as the search works on them."""
+    return thinned(model, runs, ROWS_OF_SPEED if motion_channel(model) == "v" else ROWS)
+
+
+def thinned(model: Kernel, runs: Sequence[FitRun], rows: int = ROWS, shortest: int = SHORTEST) -> list[FitRun]:
+    """Runs with every m-th sample, but not so few that a stroke is no longer followed.
+
+    Kernels step exactly along the line between two positions.
+    """
     total = sum(run.time.size for run in runs)
-    return [_every(run, max(1, min(total // rows, run.time.size // shortest))) for run in runs]
+
+    def step(run: FitRun) -> int:
+        return max(1, min(total // rows, run.time.size // shortest, int(_samples_of_a_stroke(model, run) / STROKE)))
+
+    return [_every(run, step(run)) for run in runs]
+
+
+def _samples_of_a_stroke(model: Kernel, run: FitRun) -> float:
+    """Samples from one passage of the middle of the motion to the next, on average."""
+    motion = motion_channel(model)
+    names = [v.name for v in model.inputs]
+    if motion not in names:
+        return float(run.time.size)
+    x = run.inputs[:, names.index(motion)]
+    return run.time.size / (1.0 + np.count_nonzero(np.diff(np.signbit(x - x.mean()))))
 
 
 def _every(run: FitRun, m: int) -> FitRun:
@@ -52,12 +81,30 @@ class Fitted:
         Runs, channels, weights, bounds.
     table : ndarray, shape (runs, parameters)
         Values found.
+    released : tuple of str
+        Nuisance freedoms whose drift varies too; see `freedom`.
     """
 
-    model: str
+    task: Task
     effects: tuple[str, ...]
     problem: Problem
     table: FloatArray
+    released: tuple[str, ...] = ()
+
+    @property
+    def model(self) -> str:
+        return self.task.model
+
+    @cached_property
+    def cost(self) -> float:
+        """Weighted sum of squares."""
+        return cost(self.problem, self.table, self.task.zeros)
+
+    @property
+    def own(self) -> dict[str, FloatArray]:
+        """By public name, what each run has of its own."""
+        columns = {self.problem.declared[f].name: self.problem.fields.index(f) for f in self.problem.own}
+        return {name: self.table[:, j].copy() for name, j in columns.items()}
 
     @cached_property
     def residuals(self) -> list[FloatArray]:
@@ -77,14 +124,16 @@ class Fitted:
     @cached_property
     def effective(self) -> FloatArray:
         """Independent samples that the residual of each channel is worth."""
-        times = [[r.shape[0] / autocorrelation_time(r[:, c]) for c in range(r.shape[1])] for r in self.residuals]
-        return np.maximum(np.sum(times, axis=0), 4.0)
+        return effective_samples(self.residuals)
 
     @property
     def values(self) -> dict[str, float]:
         """Parameters by public name, the mean over the runs where each has its own."""
         names = [self.problem.declared[f].name for f in self.problem.fields]
-        return dict(zip(names, self.table.mean(axis=0).tolist(), strict=True))
+        row = self.table[0].copy()  # the mean of equal values may round over their bound
+        columns = [self.problem.fields.index(f) for f in self.problem.own]
+        row[columns] = self.table[:, columns].mean(axis=0)
+        return dict(zip(names, row.tolist(), strict=True))
 
     @property
     def free(self) -> list[str]:
@@ -93,6 +142,8 @@ class Fitted:
 
     def settled(self, run: FitRun) -> FloatArray:
         """Values for a run that was not fitted: the shared ones, and its own from its first seconds.
+
+        An offset that is a nuisance freedom, and not the model's, is the mean of those fitted.
 
         Raises
         ------
@@ -106,11 +157,12 @@ class Fitted:
                 "its initial state and are not scored -- give a longer one"
             )
         parameters = self.problem.parameters.copy()
-        for j, field in enumerate(self.problem.fields):
-            parameters[field].vary = field in self.problem.own
-            parameters[field].value = float(self.table[:, j].mean())
+        own = _own(self.problem.kernel, self.task)
+        for j, name in enumerate(self.problem.fields):
+            parameters[name].vary = name in own
+            parameters[name].value = float(self.table[:, j].mean())
         start = FitRun(run.name, run.time[early], run.inputs[early], run.targets[early])
-        single = replace(self.problem, runs=[start], parameters=parameters)
+        single = replace(self.problem, runs=[start], parameters=parameters, per_run=own)
         return descended(single, single.start())[0]
 
     def judged_on(self, runs: Sequence[FitRun]) -> list[FloatArray]:
@@ -123,7 +175,29 @@ class Fitted:
 
     def at(self, runs: Sequence[FitRun]) -> Fitted:
         """The same values on the same runs at another sampling."""
-        return Fitted(self.model, self.effects, replace(self.problem, runs=list(runs)), self.table)
+        return Fitted(self.task, self.effects, replace(self.problem, runs=list(runs)), self.table, self.released)
+
+    def neutral(self, spec: str) -> list[FloatArray]:
+        """Simulated channels with one effect switched off and nothing refitted, one array a run."""
+        one = attach(kernel(self.model), spec)
+        table = self.table.copy()
+        for name, value in zip(one.module.Params._fields, one.module.NEUTRAL, strict=True):
+            table[:, self.problem.fields.index(one.prefix + name)] = value
+        return [self.problem.outputs(k, row) for k, row in enumerate(table)]
+
+    def share_of(self, spec: str) -> FloatArray:
+        """RMS of what an effect does, by channel, as part of the channel's spread; nothing is refitted."""
+        changes = [
+            r - (run.targets - y)
+            for r, run, y in zip(self.residuals, self.problem.runs, self.neutral(spec), strict=True)
+        ]
+        return rms(changes) / np.maximum(self.spread, 1e-300)
+
+
+def effective_samples(residuals: Sequence[FloatArray]) -> FloatArray:
+    """Independent samples that the residual of each channel is worth, by its autocorrelation; at least four."""
+    times = [[r.shape[0] / autocorrelation_time(r[:, c]) for c in range(r.shape[1])] for r in residuals]
+    return np.maximum(np.sum(times, axis=0), 4.0)
 
 
 def rms(residuals: Sequence[FloatArray]) -> FloatArray:
@@ -131,102 +205,162 @@ def rms(residuals: Sequence[FloatArray]) -> FloatArray:
     return np.sqrt(np.mean(np.concatenate(list(residuals)) ** 2, axis=0))
 
 
+@dataclass(frozen=True)
+class Task:
+    """What stays the same in every refit of a diagnosis.
+
+    Attributes
+    ----------
+    model : str
+    runs : sequence of FitRun
+        Thinned.
+    channels : tuple of str
+    values : mapping of str to float
+        Values given, by public name.
+    preset : str, optional
+        Parameter set for the values not given.
+    fixed : tuple of str
+        Public names that keep their value.
+    weights : ndarray, shape (channels,)
+        Factor of each channel's residual; empty for one over its spread.
+    limits : mapping of str to tuple
+        Narrower bounds of parameters by public name.
+    """
+
+    model: str
+    runs: Sequence[FitRun]
+    channels: tuple[str, ...]
+    values: Mapping[str, float]
+    preset: str | None = None
+    fixed: tuple[str, ...] = ()
+    weights: FloatArray = field(default_factory=lambda: np.empty(0))
+    limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    zeros: Mapping[str, float] = field(default_factory=dict)
+
+    def limited(self, limits: Mapping[str, tuple[float, float]]) -> Task:
+        """The same with more narrow bounds."""
+        return replace(self, limits={**self.limits, **limits})
+
+
 def refit(
-    model: str,
-    effects: Sequence[str],
-    runs: Sequence[FitRun],
-    channels: Sequence[str],
-    *,
-    values: Mapping[str, float],
-    preset: str | None = None,
-    fixed: Sequence[str] = (),
-    weights: FloatArray | None = None,
-    starts: FloatArray | None = None,
-    several_starts: bool = False,
-    seed: int = 0,
-) -> Fitted:
+    task: Task, effects: Sequence[str], values: Mapping[str, float], *, own: Mapping[str, FloatArray] | None = None,
+    held: Sequence[str] = (), per_run: Sequence[str] = (), steps: int = STEPS, released: Sequence[str] = (),
+) -> Fitted:  # fmt: skip
     """Fit a model with effects from given values; the result is never worse than the start.
 
     Parameters
     ----------
-    model : str
+    task : Task
     effects : sequence of str
-    runs : sequence of FitRun
-    channels : sequence of str
     values : mapping of str to float
-        Start values by public name; those that the chain does not have are left out.
-    preset : str, optional
-        Parameter set for the values not given.
-    fixed : sequence of str
-        Public names that keep their value.
-    weights : ndarray, optional
-        Factor of each channel's residual; default one over its spread.
-    starts : ndarray, shape (runs, per-run parameters), optional
-        Start values of what each run has of its own.
-    several_starts : bool
-        Search from several starts as well, and take the better.
-    seed : int
+        Start values by public name, over those of the task; those that the chain does not have are left out.
+    own : mapping of str to ndarray, shape (runs,), optional
+        Start values, by public name, of what each run has of its own.
+    held : sequence of str
+        Public names that keep their start value, besides those of the task.
+    per_run : sequence of str
+        Public names with a value for each run, besides those that the model declares.
+    steps : int
+        Of the descent, at most.
+    released : sequence of str
+        Kept with the result.
     """
-    kernel = chain(model, tuple(effects))
+    kernel = chain(task.model, tuple(effects))
     known = {v.name for v in kernel.parameters}
-    held = [name for name in fixed if name in known]
-    parameters = fit_parameters(kernel, preset, {n: v for n, v in values.items() if n in known}, held)
-    problem = Problem(kernel, list(runs), tuple(channels), parameters, per_run_fields(kernel))
-    if weights is not None:
-        problem = problem.reweighted(weights)
-    _hold_what_does_nothing(problem)
-    problem = replace(problem)  # without the lists of free parameters from before
+    fixed = [name for name in (*task.fixed, *held) if name in known]
+    start_values = {n: v for n, v in {**task.values, **values}.items() if n in known}
+    parameters = fit_parameters(kernel, task.preset, start_values, fixed)
+    for v in kernel.parameters:
+        if v.name in task.limits:
+            p, (low, high) = parameters[v.field], task.limits[v.name]
+            p.set(value=min(max(p.value, low), high), min=max(p.min, low), max=min(p.max, high))
+    offsets = [name for name in per_run if name in known]
+    problem = Problem(kernel, list(task.runs), task.channels, parameters, per_run_fields(kernel, offsets=offsets))
+    if task.weights.size:
+        problem = problem.reweighted(task.weights)
     start = problem.start()
-    if starts is not None:
-        start[:, [problem.fields.index(f) for f in problem.own]] = starts
-    table = descended(problem, start)
-    if several_starts:
-        other = descended(problem, search_fast(problem, Search(), seed))
-        table = min(table, other, key=lambda t: cost(problem, t))
-    return Fitted(model, tuple(effects), problem, table)
+    for name, values_ in (own or {}).items():
+        if name in known:
+            start[:, [problem.declared[f].name for f in problem.fields].index(name)] = values_
+    sensitivities = sensitivity_scales(problem.starting_at(start))
+    _hold_what_does_nothing(problem, sensitivities)
+    problem = replace(problem)  # without the lists of free parameters from before
+    table = descended(problem, start, steps, sensitivities, task.zeros)
+    return Fitted(task, tuple(effects), problem, table, tuple(released))
 
 
-def as_given(
-    model: str, effects: Sequence[str], runs: Sequence[FitRun], channels: Sequence[str], values: Mapping[str, float],
-    preset: str | None = None,
-) -> Fitted:  # fmt: skip
+def as_given(task: Task, effects: Sequence[str]) -> Fitted:
     """The model with the values given, nothing fitted but what each run has of its own (offset, initial state)."""
-    kernel = chain(model, tuple(effects))
-    own = per_run_fields(kernel)
-    parameters = fit_parameters(kernel, preset, values)
-    for field in kernel.module.Params._fields:
-        parameters[field].vary = field in own
-    problem = Problem(kernel, list(runs), tuple(channels), parameters, own)
+    kernel, runs = chain(task.model, tuple(effects)), task.runs
+    own = _own(kernel, task)
+    known = {v.name for v in kernel.parameters}
+    parameters = fit_parameters(kernel, task.preset, {n: v for n, v in task.values.items() if n in known})
+    for name in kernel.module.Params._fields:
+        parameters[name].vary = name in own
+    problem = Problem(kernel, list(runs), task.channels, parameters, own)
     start = problem.start()
     for k, row in enumerate(start):
         if not np.isfinite(problem.outputs(k, row)).all():
             raise InputError(
-                f"{model} gives no finite output on run {runs[k].name} at the given values -- expected values from "
-                "which it can run -- choose others with --set"
+                f"{task.model} gives no finite output on run {runs[k].name} at the given values -- expected values "
+                "from which it can run -- choose others with --set"
             )
-    return Fitted(model, tuple(effects), problem, descended(problem, start) if own else start)
+    return Fitted(task, tuple(effects), problem, descended(problem, start) if own else start)
 
 
-def cost(problem: Problem, table: FloatArray) -> float:
+def _own(kernel: Kernel, task: Task) -> tuple[str, ...]:
+    """Fields of offsets and initial states that each run has of its own, but for those that are to stay."""
+    fixed = {v.field for v in kernel.parameters if v.name in task.fixed}
+    return tuple(f for f in per_run_fields(kernel) if f not in fixed)
+
+
+def cost(problem: Problem, table: FloatArray, zeros: Mapping[str, float] = NONE) -> float:
     """Weighted sum of squares; infinite where the model stops."""
     total = sum(float(np.sum(problem.residual(k, table[k]) ** 2)) for k in range(len(problem.runs)))
+    total += float(np.sum(apart(problem, table, zeros) ** 2))
     return total if np.isfinite(total) else np.inf
 
 
-def descended(problem: Problem, start: FloatArray, steps: int = STEPS) -> FloatArray:
-    """Bounded least squares from a start, all free parameters searched; never worse than the start."""
+def apart(problem: Problem, table: FloatArray, zeros: Mapping[str, float]) -> FloatArray:
+    """How far the runs' own zeros are from their mean, weighted; see `freedom.tied`."""
+    columns = [(problem.fields.index(f), zeros.get(problem.declared[f].name, 0.0)) for f in problem.own]
+    return np.concatenate([np.empty(0), *(w * (table[:, j] - table[:, j].mean()) for j, w in columns if w > 0.0)])
+
+
+def descended(
+    problem: Problem, start: FloatArray, steps: int = STEPS, sensitivities: Mapping[str, float] | None = None,
+    zeros: Mapping[str, float] = NONE,
+) -> FloatArray:  # fmt: skip
+    """Bounded least squares from a start, all free parameters searched; never worse than the start.
+
+    Parameters
+    ----------
+    problem : Problem
+    start : ndarray, shape (runs, parameters)
+    steps : int
+    sensitivities : mapping of str to float, optional
+        `sensitivity_scales` at the start, where they are known.
+    zeros : mapping of str to float
+        Weight, by public name, of how far a value that each run has of its own is from their mean.
+    """
     if not problem.shared and not problem.own:
         return start
-    scales = _scales(problem, start)
-    coordinates = Coordinates(problem, problem.shared, problem.own, scales, start)
+    sensitivities = sensitivities or sensitivity_scales(problem.starting_at(start))
+    scales = _scales(problem, start, sensitivities)
+    own = [f for f in problem.own if np.isfinite(sensitivities[f])]  # the others would wander
+    if not problem.shared and not own:
+        return start
+    coordinates = Coordinates(problem, problem.shared, own, scales, start)
+    last: list[FloatArray] = []  # where it was evaluated last, and what came out
 
     def residual(q: FloatArray) -> FloatArray:
         table = coordinates.table(q)
-        values = np.concatenate(problem.residuals(list(enumerate(table))))
-        return np.nan_to_num(values, nan=1e6, posinf=1e6, neginf=-1e6)
+        values = np.concatenate([*problem.residuals(list(enumerate(table))), apart(problem, table, zeros)])
+        last[:] = [q.copy(), np.nan_to_num(values, nan=1e6, posinf=1e6, neginf=-1e6)]
+        return last[1]
 
     def jacobian(q: FloatArray) -> FloatArray:
-        base = residual(q)
+        base = last[1] if last and np.array_equal(last[0], q) else residual(q)
         columns = np.zeros((base.size, q.size))
         for axes in _together(coordinates):
             moved, steps = q.copy(), np.zeros(q.size)
@@ -237,27 +371,32 @@ def descended(problem: Problem, start: FloatArray, steps: int = STEPS) -> FloatA
             for i in axes:
                 rows = slice(None) if coordinates.axes[i].run is None else _rows(problem, coordinates.axes[i].run)
                 columns[rows, i] = change[rows] / steps[i]
+                if zeros and coordinates.axes[i].run is not None:  # of these, one run's value acts on all rows
+                    alone = q.copy()
+                    alone[i] += steps[i]
+                    tie = apart(problem, coordinates.table(alone), zeros) - apart(problem, coordinates.table(q), zeros)
+                    columns[columns.shape[0] - tie.size :, i] = tie / steps[i]
         return columns
 
     try:
         found = least_squares(
             residual, coordinates.of(start), jac=jacobian, bounds=(coordinates.lo, coordinates.hi),  # pyright: ignore
-            x_scale="jac", ftol=1e-6, xtol=1e-7, gtol=1e-8, max_nfev=steps,
+            x_scale="jac", ftol=TOLERANCE, xtol=1e-6, gtol=1e-8, max_nfev=steps,
         )  # fmt: skip
     except (ValueError, np.linalg.LinAlgError):
         return start
     table = coordinates.table(found.x)
-    return table if cost(problem, table) <= cost(problem, start) else start
+    return table if cost(problem, table, zeros) <= cost(problem, start, zeros) else start
 
 
-def _scales(problem: Problem, start: FloatArray) -> dict[str, float]:
+def _scales(problem: Problem, start: FloatArray, sensitivities: Mapping[str, float]) -> dict[str, float]:
     """Sensitivity scales; not beyond ten times the value of a positive parameter, where a slope means nothing."""
-    scales = sensitivity_scales(problem.starting_at(start))
-    for field, scale in scales.items():
-        declared = problem.declared[field]
-        size = 10.0 * max(abs(float(start[0, problem.fields.index(field)])), abs(declared.start))
+    scales = {name: sensitivities[name] for name in (*problem.shared, *problem.own)}
+    for name, scale in scales.items():
+        declared = problem.declared[name]
+        size = 10.0 * max(abs(float(start[0, problem.fields.index(name)])), abs(declared.start))
         if declared.quantity.lo == 0.0 and size > 0.0:
-            scales[field] = min(scale, size)
+            scales[name] = min(scale, size)
     return scales
 
 
@@ -275,10 +414,10 @@ def _rows(problem: Problem, run: int | None) -> slice:
     return slice(edge, edge + sizes[run or 0])
 
 
-def _hold_what_does_nothing(problem: Problem) -> None:
-    for field, scale in sensitivity_scales(problem).items():
-        if not np.isfinite(scale) and field not in problem.per_run:
-            problem.parameters[field].vary = False
+def _hold_what_does_nothing(problem: Problem, sensitivities: Mapping[str, float]) -> None:
+    for name, scale in sensitivities.items():
+        if not np.isfinite(scale) and name not in problem.per_run:
+            problem.parameters[name].vary = False
     if not any(p.vary for p in problem.parameters.values()):
         raise InputError(
             f"no free parameter of {problem.kernel.name} acts on {', '.join(problem.channels)} in these runs -- "
@@ -286,7 +425,7 @@ def _hold_what_does_nothing(problem: Problem) -> None:
         )
 
 
-def motion_channel(kernel: Kernel) -> str:
-    """Name of the position or speed input."""
-    module = kernel.module
+def motion_channel(model: Kernel) -> str:
+    """Name of the position or speed input; a chain moves as its model does."""
+    module = kernel(model.name).module
     return getattr(module, "MOTION", "") or ("v" if "v" in module.Inputs._fields else "")

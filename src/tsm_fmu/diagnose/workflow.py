@@ -4,34 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
+from ..chain_source import Attached
 from ..effects import EFFECTS
-from ..identify.problem import BoolArray, FitRun, FloatArray
+from ..identify.problem import FitRun, FloatArray
 from ..identify.specification import fit_run, measured_channels
 from ..kernel import Kernel, kernel
 from ..record import Record
-from .candidates import Screened, places_of, possible, screen
-from .floors import repeats_floor, white_floor
+from .candidates import possible, screen
+from .choice import MATERIAL, Choice, chosen, indistinct, leading, left
+from .coordinates import coordinates_of
+from .floors import Floors, floors_of, open_channels
+from .freedom import Start, freed, freedoms, untied, without
 from .gate import Gate, gate
+from .hypotheses import Hypothesis, foldable, folded, hypothesis, interleaved, rivals_again, tried
+from .levels import Levels, coarse, with_levels
 from .locate import Place, locate
-from .name import EVIDENCE, Named, closure, confirmed, likelihood_gain, name, rivals
-from .structure import predictable_share
-from .study import Fitted, as_given, motion_channel, refit, rms, thinned
+from .passivity import sign_notes
+from .response import places_of
+from .study import Fitted, Task, as_given, motion_channel, refit, searched
+from .summary import Candidate, candidates_of
+from .visibility import unexcited
 
 MOST_EFFECTS = 3
-STRUCTURE = 0.08
-"""Share of a residual that must be predictable to call it a law and not noise."""
-MATERIAL = 0.015
-"""A gap below this part of a channel's spread is within the form of any friction model, not a missing effect."""
-EXPLAINED = 0.7
-"""Share of the removable gap that named effects must close together; less, and the answer is unknown."""
-ALIKE = {"thermal": ("wear",), "wear": ("thermal",)}
-"""Effects that only a repeat after a rest tells apart, which this workflow does not look for yet: always a set."""
-WORTH = 0.15
-"""Share of the remaining gap that one more effect must close."""
+SECOND = 4
+"""Candidates refitted on top of each effect that is there."""
+FOLDED = 6
+"""Best hypotheses that are judged by runs left out in turn."""
+SWAPPED = 4
+"""First effects tried again beside a second one: the best alone need not be one of two."""
+PRESLIDING = (3e-4, 0.02, 0.1)
+"""Shortest, usual and longest presliding distance that the effects see, as part of the longest stroke."""
+NEGLIGIBLE = 0.002
+"""A nuisance freedom that does less than this part of a channel's spread is left out of the answer's model."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +55,7 @@ class Diagnosis:
         Sets of ids that these runs cannot tell apart.
     not_excited : tuple of str
         Ids of effects that these runs could not show.
-    candidates : tuple of Named
+    candidates : tuple of Candidate
         After their joint refit with the baseline, best first.
     where : tuple of Place
         Of the refitted baseline's residual (of the given model's where the refit closes the gap).
@@ -58,8 +65,6 @@ class Diagnosis:
     floor : ndarray, shape (channels,)
     reference_floor : ndarray or None
         Gap on reference runs, after the same refit.
-    share : ndarray, shape (channels,)
-        Share of the refitted baseline's residual that is a law of the coordinates.
     runs, holdout : list of FitRun
         All samples.
     notes : tuple of str
@@ -70,7 +75,7 @@ class Diagnosis:
     effects: tuple[str, ...]
     equivalent: tuple[tuple[str, ...], ...]
     not_excited: tuple[str, ...]
-    candidates: tuple[Named, ...]
+    candidates: tuple[Candidate, ...]
     where: tuple[Place, ...]
     gate: Gate
     channels: tuple[str, ...]
@@ -79,7 +84,6 @@ class Diagnosis:
     final: Fitted | None = None
     floor: FloatArray = field(default_factory=lambda: np.empty(0))
     reference_floor: FloatArray | None = None
-    share: FloatArray = field(default_factory=lambda: np.empty(0))
     runs: Sequence[FitRun] = ()
     holdout: Sequence[FitRun] = ()
     notes: tuple[str, ...] = ()
@@ -126,8 +130,13 @@ def diagnose(
     if passed.refused:
         ids = tuple(m.NAME for m in EFFECTS)
         return Diagnosis("not_excited", (), (), ids, (), (), passed, channels, runs=runs, holdout=held)
-    work = _Work(model, effects, channels, dict(values or {}), preset, tuple(fixed), seed, said)
-    return work.on(passed, runs, references, held)
+    work = _Work(model, tuple(effects), channels, runs, searched(model, held), seed, said)
+    span = max(float(np.ptp(coordinates_of(model, run, None).x)) for run in runs) or 1.0
+    start = {"motion.x_pre": PRESLIDING[1] * span} | dict(values or {})
+    limits = {"motion.x_pre": (PRESLIDING[0] * span, PRESLIDING[2] * span)}
+    task = Task(model.name, searched(model, runs), channels, start, preset, tuple(fixed), limits=limits)
+    found = work.on(task, searched(model, references))
+    return replace(found, gate=passed, runs=runs, holdout=held)
 
 
 @dataclass(frozen=True)
@@ -135,136 +144,150 @@ class _Work:
     model: Kernel
     effects: tuple[str, ...]
     channels: tuple[str, ...]
-    values: dict[str, float]
-    preset: str | None
-    fixed: tuple[str, ...]
+    runs: list[FitRun]
+    held: list[FitRun]
     seed: int
     said: Callable[[str], None]
 
-    def on(self, passed: Gate, runs: list[FitRun], references: list[FitRun], held: list[FitRun]) -> Diagnosis:
-        few, few_held = thinned(runs), thinned(held) if held else []
+    def on(self, task: Task, references: list[FitRun]) -> Diagnosis:
         self.said("model as given")
-        given = as_given(self.model.name, self.effects, few, self.channels, self.values, self.preset)
+        given = as_given(task, self.effects)
         self.said("refit of the baseline")
-        base = self._baseline(few, given)
-        share = predictable_share(base.residuals, places_of(base))
-        repeats = repeats_floor(runs)
-        floor = self._floor(base, share, repeats, runs)
-        reference_floor, reference_gain, calm = None, {}, None
+        base = self._baseline(task, given)
+        free = freedoms(task.model, self.channels, self.effects)
+        calm = None
         if references:
             self.said("reference runs")
-            calm = self._baseline(thinned(references), given)
-            reference_floor = calm.rmse
-            floor = np.maximum(floor, reference_floor)
-        counted = self._open(base, floor, share, repeats)
-        candidates = possible(self.model.name, self.channels, self.effects, [v.name for v in self.model.inputs])
-        screened = screen(base, candidates, floor, counted, self.said)
-        not_excited = self._not_excited(screened)
-        if calm is not None and counted.any():
-            gains = screen(calm, candidates, calm.rmse, counted, self.said)
-            reference_gain = {s.attached.spec: max(0.0, s.gain) for s in gains}
+            calm = freed(self._baseline(replace(task, runs=references)), free)
+        plain = hypothesis((), base, (), self.held)
+        start = hypothesis((), freed(base, free), free, self.held)
+        hypotheses = self._hypotheses(start, plain, calm)
+        if not self.held and foldable(task.runs):
+            self.said("runs left out in turn")
+            plain, start, *rest = (folded(h) for h in (plain, start, *sorted(hypotheses[1:], key=left)[:FOLDED]))
+            hypotheses = [start, *rest]
+        choice, levels = chosen(hypotheses, plain), coarse(self.runs, self.channels, base.spread)
+        floors = floors_of(choice, base, calm, [one.channel for one in levels])
+        unseen = unexcited(base, self._possible(()), choice.best, [m.NAME for m in EFFECTS])
+        candidates = candidates_of(hypotheses, choice, plain, floors.noise)
         result = Diagnosis(
-            "none", (), (), not_excited, (), (), passed, self.channels, given, base, base, floor, reference_floor,
-            share, runs, held, self._notes(base),
+            "none", (), (), unseen, candidates, (), Gate((), ()), self.channels, given, base, base, floors.noise,
+            floors.reference, notes=self._notes(base),
         )  # fmt: skip
-        if not counted.any():
-            everywhere = np.ones(len(self.channels), bool)
-            moved = np.sqrt(np.maximum(given.rmse**2 - base.rmse**2, 0.0)) > 0.5 * MATERIAL * base.spread
-            gain = likelihood_gain(given, base, everywhere) - len(base.problem.shared) * np.log(base.effective.sum())
-            if moved.any() and gain > EVIDENCE:
-                return replace(result, verdict="parameters", where=self._where(given))
-            return replace(result, final=given)
-        where = self._where(base)
-        found = self._named(base, screened, few_held, floor, counted, reference_gain)
-        return self._answer(replace(result, where=where), found, floor, counted)
+        return self._answer(result, choice, plain, floors, levels)
 
-    def _baseline(self, runs: list[FitRun], given: Fitted) -> Fitted:
-        own = None
-        if len(runs) == given.table.shape[0]:
-            own = given.table[:, [given.problem.fields.index(f) for f in given.problem.own]]
-        first = refit(
-            self.model.name, self.effects, runs, self.channels, values=self.values, preset=self.preset,
-            fixed=self.fixed, starts=own,
-        )  # fmt: skip
+    def _baseline(self, task: Task, given: Fitted | None = None) -> Fitted:
+        """The model refitted, channels weighed by what it leaves of them."""
+        first = refit(task, self.effects, {}, own=given.own if given else None)
         if len(self.channels) < 2:
             return first
-        weights = 1.0 / np.maximum(first.rmse, 1e-6 * first.spread)
-        own = first.table[:, [first.problem.fields.index(f) for f in first.problem.own]]
-        return refit(
-            self.model.name, self.effects, runs, self.channels, values=first.values, preset=self.preset,
-            fixed=self.fixed, weights=weights, starts=own,
-        )  # fmt: skip
+        weighed = replace(task, weights=1.0 / np.maximum(first.rmse, 1e-6 * first.spread))
+        return refit(weighed, self.effects, first.values, own=first.own)
 
-    def _floor(self, base: Fitted, share: FloatArray, repeats: FloatArray | None, runs: list[FitRun]) -> FloatArray:
-        """From repeats; without any, what the coordinates cannot predict, and never less than white noise."""
-        unpredicted = base.rmse * np.sqrt(np.clip(1.0 - share, 0.0, 1.0))
-        if repeats is not None:
-            return np.maximum(np.minimum(repeats, base.rmse), 1e-9 * base.spread)
-        return np.clip(unpredicted, np.minimum(white_floor(runs), base.rmse), base.rmse)
+    def _possible(
+        self, attached: Sequence[str], released: Sequence[str] = (), travel: float = np.inf
+    ) -> list[Attached]:
+        """Candidates; a nuisance offset that is there can still be released to drift."""
+        inputs = [v.name for v in self.model.inputs]
+        return [
+            c for c in possible(self.model.name, self.channels, self.effects, inputs, travel)
+            if c.spec not in attached or (c.module.NAME == "offset_drift" and c.spec not in released)
+        ]  # fmt: skip
 
-    def _open(self, base: Fitted, floor: FloatArray, share: FloatArray, repeats: FloatArray | None) -> BoolArray:
-        """Channels with a gap that is above the floor, large enough to matter, and a law."""
-        gap = np.sqrt(np.maximum(base.rmse**2 - floor**2, 0.0))
-        lawful = (share > STRUCTURE) | ((gap > base.rmse * 0.7) if repeats is not None else False)
-        return (gap > MATERIAL * base.spread) & lawful
-
-    def _named(
-        self, base: Fitted, screened: list[Screened], held: list[FitRun], floor: FloatArray, counted: BoolArray,
-        reference_gain: dict[str, float],
-    ) -> _Found:  # fmt: skip
-        current, added, first = base, [], []
-        candidates = possible(self.model.name, self.channels, self.effects, [v.name for v in self.model.inputs])
-        for round_ in range(MOST_EFFECTS):
-            if round_:
-                left = [c for c in candidates if c.spec not in current.effects]
-                screened = screen(current, left, floor, counted, self.said)
-            results = name(current, screened, held, floor, counted, reference_gain, self.said)
-            first = first or results
-            if not results or not confirmed(results[0]) or (results[0].closure_measured or 0.0) < WORTH:
+    def _hypotheses(self, start: Hypothesis, plain: Hypothesis, calm: Fitted | None) -> list[Hypothesis]:
+        """The baseline with its freedom, with each of the best candidates, with two effects and with three."""
+        everywhere = np.ones(len(self.channels), bool)
+        travel = max(float(np.ptp(c.x)) for c in places_of(plain.fitted))
+        found, singles, now = [start], [], start
+        for _ in range(MOST_EFFECTS):
+            left_over = self._possible(now.fitted.effects, now.fitted.released, travel)
+            screened = screen(now.fitted, left_over, everywhere, self.said)
+            before = plain.fitted if not now.added else now.bare
+            starts = {}
+            if before is not now.fitted:
+                instead = screen(before, left_over, everywhere, self.said)
+                starts = {s.attached.spec: Start(before, s.starts[0]) for s in instead}
+                screened = interleaved(screened, instead)
+                gains = {s.attached.spec: s.gain for s in instead}
+                screened = [replace(s, gain=max(s.gain, gains[s.attached.spec])) for s in screened]
+            if now.added:
+                screened = [s for s in screened if _promises(s.gain, before)][: len(now.material) + SECOND]
+            more = tried(now, screened, self.held, calm if now is start else None, starts, self.said)
+            if not more:
                 break
-            ids = (results[0].effect, *(r.effect for r in rivals(results)))
-            ids += tuple(e for e in ALIKE.get(ids[0], ()) if e not in ids)
-            if len(ids) > 1:
-                return _Found(current, added, first, ids, results[0])
-            added.append(results[0])
-            current = results[0].fitted
-            remaining = predictable_share(current.residuals, places_of(current))
-            if not self._open(current, floor, remaining, None).any():
+            more = rivals_again(more, self.held)
+            found += more
+            best = leading(more)
+            if len(now.added) == 1:
+                second = [s for s in screened if s.attached.spec == best.added[-1]]
+                others = [h for h in sorted(singles, key=left) if h is not now]
+                for other in others[:SWAPPED]:
+                    if best.added[-1] not in other.fitted.effects:
+                        found += tried(other, second, self.held, said=self.said)
+                pairs = rivals_again([h for h in found if len(h.added) == 2], self.held)
+                found = [h for h in found if len(h.added) != 2] + pairs
+                best = leading(pairs)
+            if left(best) >= left(now):
                 break
-        return _Found(current, added, first, (), None)
+            singles = singles or more
+            now = best
+            choice = chosen(found, plain)
+            if len(choice.winner.effects) < len(now.added):
+                break  # one more did not help
+            if not choice.winner.material and not open_channels(choice.winner, plain.fitted, calm).any():
+                break  # nothing is left to explain, and nothing explained by what is rather a nuisance
+        return found
 
-    def _answer(self, result: Diagnosis, found: _Found, floor: FloatArray, counted: BoolArray) -> Diagnosis:
-        base = result.baseline
-        assert base is not None
-        reached = np.minimum(floor, found.current.rmse)  # the floor cannot be above what was reached
-        result = replace(result, candidates=tuple(found.candidates), final=found.current, floor=reached)
-        kept = [a for a in found.added if not a.nuisance]
-        closed = closure(base.rmse, found.current.rmse, floor, counted) or 0.0
-        if found.equivalent and found.best is not None:
-            whole = closure(base.rmse, found.best.fitted.rmse, floor, counted) or 0.0
-            verdict = "ambiguous" if whole >= EXPLAINED else "unknown"
-            equivalent = (tuple(found.equivalent),)
-            return replace(result, verdict=verdict, equivalent=equivalent, final=found.best.fitted)
-        if found.added and not kept and closed >= EXPLAINED:
-            return replace(result, verdict="parameters")
-        if kept and closed >= EXPLAINED:
-            kept = [a for a in kept if self._needed(found.current, a, counted)]
-            if kept:
-                return replace(result, verdict="named", effects=tuple(a.spec for a in kept))
-        return replace(result, verdict="unknown", final=base)
+    def _answer(
+        self, result: Diagnosis, choice: Choice, plain: Hypothesis, floors: Floors, levels: list[Levels]
+    ) -> Diagnosis:
+        winner = choice.winner
+        result = replace(result, final=self._kept(winner), where=self._where(plain.fitted))
+        if floors.unexplained.any():
+            shown = {c.effect for c in result.candidates} - set(result.not_excited)
+            verdict = "unknown" if shown or not result.candidates else "not_excited"
+            return replace(result, verdict=verdict, final=plain.fitted)
+        if levels:
+            assert result.final is not None
+            result = replace(result, final=with_levels(result.final, levels))
+        if not winner.effects and not levels:
+            return self._without_effect(result, winner, plain)
+        sets = [_ids(h) for h in choice.supported]
+        common = [e for e in sets[0] if all(e in ids for ids in sets)]
+        rest = tuple(dict.fromkeys(e for ids in sets for e in ids if e not in common))
+        unseen = tuple(e for e in result.not_excited if all(e not in ids for ids in sets))
+        assert result.final is not None
+        notes = (*result.notes, *sign_notes(result.final))
+        result = replace(result, not_excited=unseen, equivalent=(rest,) if rest else (), notes=notes)
+        common += [one.spec.partition("@")[0] for one in levels]
+        if not common:
+            return replace(result, verdict="ambiguous")
+        every = (*winner.effects, *(one.spec for one in levels))
+        named = tuple(spec for spec in every if spec.partition("@")[0] in common)
+        return replace(result, verdict="named", effects=named)
 
-    def _needed(self, final: Fitted, one: Named, counted: BoolArray) -> bool:
-        """Whether the model is worse without an effect that was added, after a refit."""
-        others = [e for e in final.effects if e != one.spec]
-        if len(others) == len(self.effects):
-            return True  # it was tested when it was added
-        self.said(f"refit without {one.spec}")
-        own = final.table[:, [final.problem.fields.index(f) for f in final.problem.own]]
-        without = refit(
-            self.model.name, others, final.problem.runs, self.channels, values=final.values,
-            fixed=self.fixed, weights=final.problem.weights, starts=own,
-        )  # fmt: skip
-        return likelihood_gain(without, final, counted) > EVIDENCE
+    def _without_effect(self, result: Diagnosis, winner: Hypothesis, plain: Hypothesis) -> Diagnosis:
+        """Nothing is missing: were other parameters needed?"""
+        given = result.given
+        assert given is not None
+        used = plain if indistinct(plain, winner, plain) else winner
+        removed = np.maximum(given.rmse**2 - used.fitted.rmse**2, 0.0)
+        if (removed <= (MATERIAL * used.fitted.spread) ** 2).all():
+            return replace(result, verdict="none", final=given)
+        final = used.fitted if used is plain else result.final
+        return replace(result, verdict="parameters", final=final, where=self._where(given))
+
+    def _kept(self, winner: Hypothesis) -> Fitted:
+        """The winner's fit without the nuisance freedom that does nothing; zeros of runs are free if named."""
+        fitted = winner.fitted
+        if any(spec.startswith("offset_drift") for spec in winner.material):
+            self.said("refit with free zeros")
+            fitted = untied(fitted, winner.free)
+        for spec in winner.free:
+            if spec not in winner.effects and float(fitted.share_of(spec).max()) < NEGLIGIBLE:
+                self.said(f"refit without {spec}")
+                fitted = without(fitted, spec, winner.free)
+        return fitted
 
     def _where(self, fitted: Fitted) -> tuple[Place, ...]:
         self.said("locate")
@@ -273,13 +296,6 @@ class _Work:
         unit = units.get(motion_channel(base), "1").removesuffix("/s")
         load = units.get(getattr(base.module, "LOAD", ""), "1")
         return tuple(locate(fitted.residuals, places_of(fitted), self.channels, unit, load, self.seed))
-
-    def _not_excited(self, screened: Sequence[Screened]) -> tuple[str, ...]:
-        visible: dict[str, bool] = {m.NAME: False for m in EFFECTS}
-        for s in screened:
-            visible[s.attached.module.NAME] |= s.excited
-        already = {e.partition("@")[0] for e in self.effects}
-        return tuple(n for n, seen in visible.items() if not seen and n not in already)
 
     def _notes(self, base: Fitted) -> tuple[str, ...]:
         notes = []
@@ -292,15 +308,10 @@ class _Work:
         return tuple(notes)
 
 
-@dataclass(frozen=True)
-class _Found:
-    current: Fitted
-    added: list[Named]
-    candidates: list[Named]
-    equivalent: Sequence[str]
-    best: Any
+def _ids(one: Hypothesis) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(spec.partition("@")[0] for spec in one.effects))
 
 
-def held_out_rmse(fitted: Fitted, runs: Sequence[FitRun]) -> FloatArray | None:
-    """Pooled RMSE on held-out runs, by channel; None without any."""
-    return rms(fitted.judged_on(runs)) if runs else None
+def _promises(gain: float, fitted: Fitted) -> bool:
+    """Whether one linear step takes enough of what is left to matter."""
+    return bool((np.sqrt(-np.expm1(-gain)) * fitted.rmse > MATERIAL * fitted.spread).any())

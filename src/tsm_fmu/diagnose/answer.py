@@ -1,0 +1,183 @@
+"""The answer of a diagnosis in one or two sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..display import Display, display
+from .excitation import words
+from .locate import Place
+from .study import Fitted
+from .summary import Candidate
+from .unknown import Hint
+from .workflow import Diagnosis
+
+if TYPE_CHECKING:
+    from .result import Gap
+
+TELLING = 0.1
+"""Share of the residual that a coordinate must explain to be worth a sentence."""
+CHANGED = 0.02
+"""A parameter that a refit moved by less than this part of itself is not worth a word."""
+ORDINAL = ("", "first", "second", "third", "fourth")
+
+
+def answer(found: Diagnosis, gap: Mapping[str, Gap], hints: Sequence[Hint] = ()) -> str:
+    """The answer in one or two sentences.
+
+    Parameters
+    ----------
+    found : Diagnosis
+    gap : mapping of str to Gap
+        Of each channel; empty where nothing could be compared.
+    hints : sequence of Hint
+        For the formula where nothing is named.
+    """
+    channel = leading_channel(found, gap)
+    if channel is None:
+        return f"No answer from these runs: {'; '.join(found.gate.refused) or 'no effect for the gap shows in them'}."
+    numbers = errors_text(channel, gap[channel])
+    place = leading_place(found, channel)
+    where = f"{share_text(place)}; " if place else ""
+    of = "it" if place else f"the disagreement of {channel}"
+    if found.verdict == "named":
+        names, many = " and ".join(words(e) for e in found.effects), len(found.effects) > 1
+        closes = gap[channel].closure
+        share = f"{names} explain{'' if many else 's'} {_percent(closes)} of {of}" if closes else f"missing: {names}"
+        return _sentence(f"{where}{share}; {numbers}")
+    if found.verdict == "ambiguous":
+        names = " or ".join(words(e) for e in found.equivalent[0])
+        best = next((c.closure_measured for c in found.candidates if c.effect in found.equivalent[0]), None)
+        share = f"explains {_percent(best)} of {of}" if best else "is missing"
+        return _sentence(f"{where}{names} {share}, these runs cannot tell which: play the next experiment; {numbers}")
+    if found.verdict == "parameters":
+        changes = ", ".join(changed_parameters(found))
+        how = f" ({changes})" if changes else ""
+        return f"Nothing is missing: other parameter values close the gap{how}. {_sentence(numbers)}"
+    if found.verdict == "none":
+        return f"Nothing is missing: no gap above the floor. {_sentence(numbers)}"
+    if found.verdict == "not_excited":
+        reasons = "; ".join(found.gate.refused) or "no effect that could explain it shows in them"
+        return f"No answer from these runs: {reasons}. {_sentence(numbers)}"
+    tried = next((c for c in found.candidates if c.closure_measured is not None), None)
+    nearest = f" (the best, {words(tried.spec)}, {_percent(tried.closure_measured)})" if tried else ""
+    text = _sentence(f"{where}no effect of the library explains {of} well enough{nearest}; {numbers}")
+    formula = next((h.formula for h in hints if h.channel == channel and h.formula.text), None)
+    if formula is None:
+        return text
+    return f"{text} What predicts {_percent(formula.share)} of it, not a name: {channel} lacks {formula.text}."
+
+
+def leading_channel(found: Diagnosis, gap: Mapping[str, Gap]) -> str | None:
+    """The channel that the answer is about: what was closed most in floors, else what is furthest above its floor."""
+
+    def weight(g: Gap) -> float:
+        removed = max(g.refitted**2 - g.after**2, 0.0) if found.effects or found.equivalent else 0.0
+        return (removed or 1e-9 * g.refitted**2) / max(g.floor, 1e-300) ** 2
+
+    return max(gap, key=lambda c: weight(gap[c]), default=None)
+
+
+def leading_place(found: Diagnosis, channel: str) -> Place | None:
+    """The significant place of a channel that holds most of the disagreement beyond chance; a band if no other."""
+    told = [p for p in found.where if p.channel == channel and p.significant and p.explained - p.chance > TELLING]
+    return max(told, key=lambda p: (p.coordinate != "frequency", p.share_of_gap - p.share_of_samples), default=None)
+
+
+def errors_text(channel: str, g: Gap) -> str:
+    """Error before and after, with the floor, on held-out runs where there are any."""
+    held = g.holdout_before is not None and g.holdout_after is not None
+    before, after = (g.holdout_before, g.holdout_after) if held else (g.before, g.after)
+    refitted = g.holdout_refitted if held else g.refitted
+    before, after, refitted = before or 0.0, after or 0.0, refitted or 0.0
+    unit = display(g.unit, max(before, g.floor))
+    one, two, alone = (unit(x).removesuffix(f" {unit.unit}") for x in (before, after, refitted))
+    apart = abs(refitted - before) > CHANGED * refitted < abs(refitted - after)
+    alone = f" ({alone} by a refit alone)" if apart else ""
+    way = one if one == two else f"{one} -> {two}"
+    return f"{'held-out ' if held else ''}error of {channel} {way} {unit.unit}{alone}, floor {unit(g.floor)}"
+
+
+def share_text(p: Place) -> str:
+    """How much of the disagreement lies where, in words."""
+    return (
+        f"{_percent(p.share_of_gap)} of the disagreement of {p.channel} lies {place_text(p)} "
+        f"({_percent(p.share_of_samples)} {'by chance' if p.unit == 'Hz' else 'of the samples'})"
+    )
+
+
+def place_text(p: Place) -> str:
+    """Where a place is, in words."""
+    low, high = range_text(p)
+    span = f"from {low} to {high}"
+    if p.coordinate == "distance since reversal":
+        return f"within {high} after reversals" if p.range[0] < 0.1 * p.range[1] else f"{low} to {high} after reversals"
+    if p.coordinate == "sgn v":
+        return "on the way forth" if p.range[0] > 0.0 else "on the way back"
+    if p.coordinate == "v" and abs(sum(p.range)) < 0.3 * max(np.abs(p.range)):
+        return f"at speeds below {max(low.lstrip('-'), high, key=lambda t: float(t.split()[0]))}"
+    if p.coordinate.startswith("harmonic "):
+        number = int(p.coordinate.split()[1])
+        return f"at the {ORDINAL[number]} harmonic of the motion ({low})"
+    names = {
+        "x": f"at positions {span}", "v": f"at speeds {span}", "a": f"at accelerations {span}",
+        "dwell": f"after rests {span}", "time": f"between {low} and {high} of a run", "load": f"at loads {span}",
+        "drum angle": f"at drum angles {span}", "frequency": f"between {low} and {high}, in step with the motion",
+        "odd harmonics": "at odd harmonics of the motion", "even harmonics": "at even harmonics of the motion",
+    }  # fmt: skip
+    return names[p.coordinate]
+
+
+def range_text(p: Place) -> tuple[str, str]:
+    """Both ends of a place's range, to a hundredth of the larger one."""
+    unit = display(p.unit, max(abs(p.range[0]), abs(p.range[1])))
+    ends = [v * unit.factor for v in p.range]
+    step = 10.0 ** (np.floor(np.log10(max(*map(abs, ends), 1e-300))) - 1)
+    low, high = (Display(unit.unit, 1.0)(round(v / step) * step + 0.0) for v in ends)
+    return low, high
+
+
+def changed_parameters(found: Diagnosis, most: int = 3) -> list[str]:
+    """Parameters that the refit of the baseline moved most, with their values."""
+    given, final = found.given, found.final
+    if given is None or final is None:
+        return []
+    units = {v.name: v.quantity.unit for v in final.problem.kernel.parameters}
+    before, after = given.values, final.values
+    own = {final.problem.declared[f].name for f in final.problem.own}
+    moved = {
+        n: abs(after[n] - before[n]) / max(abs(before[n]), abs(after[n]), 1e-300)
+        for n in final.free
+        if n in before and n not in own
+    }
+    names = sorted((n for n in moved if moved[n] > CHANGED), key=lambda n: -moved[n])[:most]
+    return [f"{n} {before[n]:.3g} -> {after[n]:.3g} {units[n]}".removesuffix(" 1") for n in names]
+
+
+def best_wrong(found: Diagnosis) -> Candidate | None:
+    """The best candidate that the answer does not hold: how good a wrong name would look."""
+    inside = {e.partition("@")[0] for e in found.effects} | {e for ids in found.equivalent for e in ids}
+    others = [c for c in found.candidates if c.effect not in inside]
+    return min(others, key=_error, default=None) if inside else None
+
+
+def _error(c: Candidate) -> float:
+    return error_of(c.fitted)
+
+
+def error_of(fitted: Fitted) -> float:
+    """RMSE over the spread of the channel, summed in squares over the channels."""
+    return float(np.sum((fitted.rmse / np.maximum(fitted.spread, 1e-300)) ** 2))
+
+
+def _percent(share: float | None) -> str:
+    if share is not None and share > 0.995:
+        return "all"
+    return f"{round(100.0 * (share or 0.0))} %"
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."

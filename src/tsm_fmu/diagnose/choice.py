@@ -1,0 +1,144 @@
+"""Which hypothesis the runs support: the fewest effects that leave no more than the best fit does.
+
+What a hypothesis leaves is compared with what the best one leaves, on measured and on held-out runs and in every
+channel. A difference counts only beyond
+
+* noise: what autocorrelated noise makes of the mean square of as many independent samples,
+* form: the true law is never quite that of the library, and a right name leaves part of its effect (`FORM_OF_EFFECT`).
+
+Of what is not told apart by that, the fewest effects win; several with as few are a set, but for those that need more
+parameters to leave as much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..identify.problem import FloatArray
+from .hypotheses import Hypothesis
+
+MATERIAL = 0.012
+"""An effect that removes less than this part of a channel's spread is within the form of any friction model."""
+SMALLEST = 0.006
+"""The same where a hypothesis removes nearly all that is there: a wrong form of the model is not that simple."""
+CLEAN = 0.9
+"""Share of the mean square that is nearly all."""
+FORM = 0.003
+"""Difference between two fits, as part of the spread, that says nothing about which is right."""
+FORM_OF_EFFECT = 0.03
+"""Share of what the best hypothesis removes that a right one may leave, because its law is not quite the true one."""
+EVIDENCE = 8.0
+"""Twice the log likelihood that a difference must make."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What is supported.
+
+    Attributes
+    ----------
+    best : Hypothesis
+        That leaves least.
+    supported : tuple of Hypothesis
+        With the fewest effects, of those not told apart from the best; what leaves least first.
+    """
+
+    best: Hypothesis
+    supported: tuple[Hypothesis, ...]
+
+    @property
+    def winner(self) -> Hypothesis:
+        return self.supported[0]
+
+
+def chosen(hypotheses: Sequence[Hypothesis], plain: Hypothesis) -> Choice:
+    """The supported hypotheses.
+
+    Parameters
+    ----------
+    hypotheses : sequence of Hypothesis
+        The first has no effect but the nuisance freedom.
+    plain : Hypothesis
+        The baseline without that freedom: what is removed is counted from it.
+    """
+    best = min(hypotheses, key=left)
+    alike = [h for h in hypotheses if indistinct(h, best, plain, hypotheses)]
+    fewest = min(len(h.effects) for h in alike)
+    supported = sorted((h for h in alike if len(h.effects) == fewest), key=left)
+    return Choice(best, tuple(h for h in supported if not any(dominated(h, other) for other in supported)))
+
+
+def dominated(one: Hypothesis, other: Hypothesis) -> bool:
+    """Whether another hypothesis leaves no more with fewer parameters, but for what noise makes of it."""
+    if len(other.fitted.problem.shared) >= len(one.fitted.problem.shared):
+        return False
+    pairs = [(one.measured, other.measured, one.effective)]
+    if one.held is not None and other.held is not None:
+        pairs.append((one.held, other.held, one.effective_held))
+    return all((theirs <= mine * (1.0 + EVIDENCE / effective)).all() for mine, theirs, effective in pairs)
+
+
+def leading(hypotheses: Sequence[Hypothesis]) -> Hypothesis:
+    """The one that leaves least, of those that no other leaves as little with fewer parameters: one to build on."""
+    best = min(hypotheses, key=left)
+    simpler = [h for h in hypotheses if len(h.effects) <= len(best.effects) and dominated(best, h)]
+    return min(simpler, key=left, default=best)
+
+
+def left(one: Hypothesis) -> float:
+    """What a hypothesis leaves as one number: log of its mean squares over the spread."""
+    parts = [one.measured] if one.held is None else [one.measured, one.held]
+    spread = one.fitted.spread**2
+    return float(np.mean([np.sum(np.log(p / spread + FORM**2)) for p in parts]))
+
+
+def indistinct(one: Hypothesis, best: Hypothesis, plain: Hypothesis, others: Sequence[Hypothesis] = ()) -> bool:
+    """Whether these runs cannot tell a hypothesis from the best one.
+
+    Parameters
+    ----------
+    one, best : Hypothesis
+    plain : Hypothesis
+        The baseline without nuisance freedom.
+    others : sequence of Hypothesis
+        Where to find one with what both have in common: the allowance for form is for what they differ in.
+    """
+    spread = best.fitted.spread**2
+    fewer = not one.effects or len(one.effects) < len(best.effects)  # the surplus must matter
+    limit = np.square(_material(one, best) if fewer else FORM) * spread
+    nothing, nothing_held = _shared(one, best, plain, others)
+    pairs = [(one.measured, best.measured, nothing, best.effective)]
+    if one.held is not None and best.held is not None and nothing_held is not None:
+        pairs.append((one.held, best.held, nothing_held, best.effective_held))
+    for mine, least, before, effective in pairs:
+        removed = np.maximum(before - least, 0.0)
+        noise = EVIDENCE * least / effective
+        if (mine - least > limit + FORM_OF_EFFECT * removed + noise).any():
+            return False
+    return True
+
+
+def _material(one: Hypothesis, best: Hypothesis) -> FloatArray:
+    """Smallest effect that matters, by channel, as part of the spread: smaller if the best leaves next to nothing."""
+    clean = best.measured < (1.0 - CLEAN) * one.measured
+    if one.held is not None and best.held is not None:
+        clean &= best.held < (1.0 - CLEAN) * one.held
+    return np.where(clean, SMALLEST, MATERIAL)
+
+
+def _shared(
+    one: Hypothesis, best: Hypothesis, plain: Hypothesis, others: Sequence[Hypothesis]
+) -> tuple[FloatArray, FloatArray | None]:
+    """What is left with the effects alone that both hypotheses have, measured and held out."""
+    common = set(one.effects) & set(best.effects)
+    if not common:
+        return plain.measured, plain.held
+    for other in others:
+        if set(other.added) == common & set(other.added) and common <= set(other.effects):
+            spread = other.fitted.spread**2
+            surplus = sum(x**2 for spec, x in other.material.items() if spec not in common) * spread
+            return other.measured + surplus, None if other.held is None else other.held + surplus
+    return plain.measured, plain.held
