@@ -1,24 +1,41 @@
-"""Print one table of ratios, limits and verdicts; exit code 1 when a limit is missed."""
+"""Print ratios, limits and verdicts, the time of a diagnosis, and its answers to a part of the blind cases.
+
+The exit code is 1 when a limit of a ratio or a target of the blind cases is missed. All blind cases take more than ten
+minutes: ``python -m benchmarks.blind``.
+"""
 
 from __future__ import annotations
 
 import sys
 from itertools import chain
+from tempfile import TemporaryDirectory
+from time import perf_counter
 
-from . import fmu_cost, identify_speed, kernel_vs_c
+from . import diagnose_speed, fmu_cost, identify_speed, kernel_vs_c, simulation_speed
+from .blind import __main__ as blind
+from .blind.catalogue import STRATA, catalogue
+
+BLIND_CASES = 4 * len(STRATA)
 
 
 def main() -> int:
     """Measure and print row by row."""
-    print(f"{'what':<46} {'ours':>9} {'reference':>9} {'ratio':>6} {'limit':>6}  verdict")
+    begin = perf_counter()
+    print(f"{'what':<58} {'ours':>9} {'reference':>9} {'ratio':>6} {'limit':>6}  verdict")
     missed = False
-    for row in chain(kernel_vs_c.ratios(), fmu_cost.ratios(), identify_speed.ratios()):
+    for row in chain(kernel_vs_c.ratios(), fmu_cost.ratios(), simulation_speed.ratios(), identify_speed.ratios()):
         print(
-            f"{row.what:<46} {row.ours_us:>6.3f} us {row.reference_us:>6.3f} us {row.ratio:>6.3g} {row.limit:>6.3g}  "
+            f"{row.what:<58} {row.ours_us:>6.3f} us {row.reference_us:>6.3f} us {row.ratio:>6.3g} {row.limit:>6.3g}  "
             f"{row.verdict}",
             flush=True,
         )
         missed |= row.ratio > row.limit
+    print()
+    diagnose_speed.main()
+    print(f"\nblind cases, {BLIND_CASES} of {len(catalogue())} (all: python -m benchmarks.blind)", flush=True)
+    with TemporaryDirectory() as folder:
+        missed |= blind.main(["--cases", str(BLIND_CASES), "--out", folder]) != 0
+    print(f"{perf_counter() - begin:.0f} s in all")
     return 1 if missed else 0
 
 

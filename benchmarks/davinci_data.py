@@ -13,11 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsm_fmu.check import check_record
-from tsm_fmu.identify.findings import fields_on_bound
-from tsm_fmu.identify.problem import FitRun, Problem
-from tsm_fmu.identify.search import Search, search_fast
+from tsm_fmu.identify.fit import Fit, fit
+from tsm_fmu.identify.problem import FitRun
 from tsm_fmu.identify.specification import fit_parameters, fit_run
-from tsm_fmu.identify.uncertainty import uncertainty
 from tsm_fmu.kernel import Kernel
 from tsm_fmu.record import Record, read_record
 
@@ -110,29 +108,21 @@ def fit_runs(model: Kernel, logs: Logs, channels: Sequence[str], thin: int = THI
     return [FitRun(r.name, *(np.ascontiguousarray(a[::thin]) for a in (r.time, r.inputs, r.targets))) for r in runs]
 
 
-def refined(
+def fit_from(
     model: Kernel,
     start: Mapping[str, float],
     free: Collection[str],
     runs: Sequence[FitRun],
     channels: Sequence[str],
-    reweightings: int = 2,
-) -> tuple[dict[str, float], dict[str, float]]:
-    """Least squares over the parameters named, from one physical start: values of all, standard errors of the free.
+) -> Fit:
+    """Fit of the parameters named from one physical start: the many starts of `fit` take minutes for fourteen."""
+    fixed = [v.name for v in model.parameters if v.name not in free]
+    return fit(model, runs, channels, fit_parameters(model, None, start, fixed), single_start=True)
 
-    `fit` would try many starts first, which takes minutes for fourteen parameters; here the start is known well.
-    Several channels are weighted by their own residuals, as in `fit`.
-    """
-    parameters = fit_parameters(model, None, start, [v.name for v in model.parameters if v.name not in free])
-    problem = Problem(model, list(runs), tuple(channels), parameters)
-    table = search_fast(problem, Search(), 0, problem.start())
-    for _ in range(reweightings if len(channels) > 1 else 0):
-        errors = np.concatenate([problem.outputs(k, table[k]) - run.targets for k, run in enumerate(runs)])
-        problem = problem.reweighted(1.0 / np.sqrt(np.mean(errors**2, axis=0)))
-        table = search_fast(problem, Search(), 0, table)
-    known = uncertainty(problem, table, fields_on_bound(problem, table))
-    values = {v.name: float(value) for v, value in zip(model.parameters, table[0], strict=True)}
-    return values, {v.name: known.stderr[v.field] for v in model.parameters if v.field in known.stderr}
+
+def values_of(found: Fit) -> dict[str, float]:
+    """All values of a fit by public name."""
+    return {v.name: found.parameters[v.field].value for v in found.kernel.parameters}
 
 
 def rmse(

@@ -11,7 +11,7 @@ import numpy as np
 from tsm_fmu.chain import chain
 from tsm_fmu.identify.specification import fit_run
 
-from .davinci_data import THINNED, FloatArray, Logs, Split, fit_runs, refined, rmse
+from .davinci_data import THINNED, FloatArray, Logs, Split, fit_from, fit_runs, rmse, values_of
 
 CHANNELS = ("x_out", "tau_out")
 PUBLISHED = (math.radians(0.37), 4.42e-3)
@@ -43,7 +43,10 @@ FIXED = {"hold": 1, "tau_s": 0.05, "v_s": 1e-6, "sigma2": 0.0}
 
 def fitted(logs: Logs, thin: int = THINNED) -> tuple[dict[str, float], dict[str, float]]:
     """One parameter set for all runs, initial state and offset included; and its standard errors."""
-    return refined(ESTIMATOR, {**FIXED, **START}, START, fit_runs(ESTIMATOR, logs, CHANNELS, thin), CHANNELS)
+    runs = fit_runs(ESTIMATOR, logs, CHANNELS, thin)
+    found = fit_from(ESTIMATOR, {**FIXED, **START}, START, runs, CHANNELS)
+    fields = {v.name: v.field for v in ESTIMATOR.parameters}
+    return values_of(found), {name: found.uncertainty.stderr.get(fields[name], math.nan) for name in START}
 
 
 def error(values: Mapping[str, float], logs: Logs, clean: bool = False) -> FloatArray:

@@ -13,7 +13,7 @@ from tsm_fmu.identify.residuals import noise_floor
 from tsm_fmu.identify.specification import fit_parameters, per_run_fields
 from tsm_fmu.kernel import kernel
 
-from .davinci_data import SETTLED, THINNED, FloatArray, Logs, Split, fit_runs, refined, rmse
+from .davinci_data import SETTLED, THINNED, FloatArray, Logs, Split, fit_from, fit_runs, rmse, values_of
 
 BACKLASH = kernel("PairedTsmBacklash")
 STRETCHED = chain("TendonDrive", ("tendon_elasticity@x_out", "slack@x_out"))
@@ -77,7 +77,7 @@ def each_alone(logs: Logs) -> FloatArray:
 def stretched(logs: Logs, thin: int = THINNED) -> dict[str, float]:
     """Parameters of the stretched drive: one set, offset and initial state included, for all runs."""
     runs = fit_runs(STRETCHED, logs, CHANNELS, thin)
-    return refined(STRETCHED, STRETCH_START, STRETCH_FREE, runs, CHANNELS)[0]
+    return values_of(fit_from(STRETCHED, STRETCH_START, STRETCH_FREE, runs, CHANNELS))
 
 
 def table(logs: Logs, divisions: Sequence[Split]) -> Iterator[str]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from tsm_fmu.chain import chain
 from tsm_fmu.kernel import Kernel, kernel
 
-from .davinci_data import THINNED, Logs, Split, fit_runs, refined, rmse
+from .davinci_data import THINNED, Logs, Split, fit_from, fit_runs, rmse, values_of
 
 CHANNELS = ("tau_in",)
 CONSTANT = kernel("TendonDrive")
@@ -37,7 +37,7 @@ def fitted(what: str, logs: Logs, thin: int = THINNED) -> dict[str, float]:
     """Parameters of one of `MODELS`, fitted to the drive torque of all runs."""
     model = MODELS[what]
     start = CONSTANT_START if model is CONSTANT else LOADED_START
-    return refined(model, start, FREE[what], fit_runs(model, logs, CHANNELS, thin), CHANNELS)[0]
+    return values_of(fit_from(model, start, FREE[what], fit_runs(model, logs, CHANNELS, thin), CHANNELS))
 
 
 def error(what: str, values: Mapping[str, float], logs: Logs) -> float:

@@ -31,7 +31,6 @@ STEP = 2.0**-10
 
 REASONS = {
     "LebusTransmission": "solves the tension profiles of two tendons in each step",
-    "DcMotor": "closed form that locates reversals and changes of power flow inside the step",
     "LebusCompensator": "solves the transmission for its driver angle in each step",
 }
 """Why a limit is missed, where that is known; it stays missed."""

@@ -210,7 +210,7 @@ def _not_excited() -> list[Case]:
     noisy = Instruments(noise=0.01, colour=0.4)
     slow: dict[str, object] = {"measured": ("slow", "slow"), "holdout": ("slow",), "pace": 0.35, "duration": 30.0}
     still: dict[str, object] = {"measured": ("sines", "steady"), "holdout": ("chirp",)}
-    small: dict[str, object] = {"scale": 0.0025, "turns": 1.7, "pace": 0.6}
+    small: dict[str, object] = {"scale": 0.0015, "turns": 1.7, "pace": 0.6}
     rows: list[tuple[str, str, float, dict[str, object]]] = [
         ("LuGreFriction", "carried_mass", 0.05, slow), ("TendonDrive", "carried_mass", 0.04, slow),
         ("SingleTsmDahl", "carried_mass", 0.06, slow), ("LuGreFriction", "late_load_cell", 0.04, slow),

@@ -15,7 +15,7 @@ from .hidden import FORMS, rms
 from .instruments import coloured, sampling, stepped
 from .motions import FloatArray, Motion, motion
 from .outside import OUTSIDE
-from .plants import Change, Rig, Signals, channels, draw_rig, signals
+from .plants import RUNS, Change, Rig, Signals, channels, draw_rig, signals
 
 SAMPLE = 0.005
 """Sample period of the logs [s]."""
@@ -160,7 +160,7 @@ def unmodelled(made: Made) -> dict[str, float]:
 def _moved(case: Case, rig: Rig, kind: str, number: int) -> Signals:
     m = motion(kind, case.duration, SAMPLE / FINER, case.pace, np.random.default_rng([case.seed, number]))
     m = Motion(m.t, *(case.scale * y for y in (m.x, m.v, m.a)))
-    return signals(rig, m, 100 * case.seed + number)
+    return signals(rig, m, RUNS * case.seed + number)
 
 
 def _exciting(case: Case, rig: Rig) -> list[Signals]:

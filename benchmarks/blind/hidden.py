@@ -145,7 +145,7 @@ def running_in(s: Signals, amount: float) -> None:
 @_form("drum_periodic")
 def eccentric_bearing(s: Signals, amount: float) -> None:
     """Drag of an eccentric drum: a peaked function of its angle."""
-    angle = s.x + s.rng.uniform(0.0, 6.28)
+    angle = s.x + s.rig_rng.uniform(0.0, 6.28)
     s.friction += amount * s.rig.f_c * np.cos(angle) / (1.0 - 0.3 * np.cos(angle))
 
 
@@ -214,14 +214,14 @@ def kelvin_voigt(s: Signals, amount: float) -> None:
 def eccentric_pulley(s: Signals, amount: float) -> None:
     """Exact kinematics of an eccentric pulley."""
     reach = np.clip(0.5 * amount * s.rig.stroke, -0.95, 0.95)
-    phase = s.rng.uniform(0.0, 6.28)
+    phase = s.rig_rng.uniform(0.0, 6.28)
     s.x_out = s.x_out + np.arcsin(reach * np.sin(s.x + phase)) - np.arcsin(reach * np.sin(s.x[0] + phase))
 
 
 @_form("winding_crossover")
 def lay_change(s: Signals, amount: float) -> None:
     """Raised cosine at two angles of each turn."""
-    phase = s.rng.uniform(0.0, np.pi)
+    phase = s.rig_rng.uniform(0.0, np.pi)
     d = (s.x - phase + 0.5 * np.pi) % np.pi - 0.5 * np.pi
     s.x_out = s.x_out + amount * s.rig.stroke * np.where(np.abs(d) < 0.5, 0.5 + 0.5 * np.cos(2.0 * np.pi * d), 0.0)
 

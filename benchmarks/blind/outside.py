@@ -30,7 +30,7 @@ def _add(s: Signals, shape: FloatArray, amount: float) -> None:
 @_outside
 def kinked_sheath(s: Signals, amount: float) -> None:
     """Friction at one place of the stroke."""
-    place = s.rng.uniform(-0.3, 0.3)
+    place = s.rig_rng.uniform(-0.3, 0.3)
     _add(s, s.z * np.exp(-(((s.x / s.rig.stroke - place) / 0.2) ** 2)), amount)
 
 
@@ -38,7 +38,7 @@ def kinked_sheath(s: Signals, amount: float) -> None:
 def tendon_rings(s: Signals, amount: float) -> None:
     """A weakly damped resonance."""
     own = s.friction if s.rig.f_c else s.x_out
-    ringing = resonance(own, s.step, 2.0 * np.pi * s.rng.uniform(3.0, 4.5), 0.03)
+    ringing = resonance(own, s.step, 2.0 * np.pi * s.rig_rng.uniform(3.0, 4.5), 0.03)
     _add(s, ringing / (rms(ringing) + 1e-300), amount)
 
 

@@ -30,6 +30,8 @@ import numpy as np
 from .motions import FloatArray, Motion
 from .operators import approach, maxwell_slip
 
+RUNS = 100
+"""Seeds of a case, one for each run."""
 MODELS = ("TendonDrive", "LuGreFriction", "PairedTsmBacklash", "SingleTsmDahl")
 
 
@@ -147,8 +149,13 @@ class Signals:
 
     @property
     def rng(self) -> np.random.Generator:
-        """The same numbers however often an effect is tried."""
+        """The same numbers however often an effect is tried; others in each run."""
         return np.random.default_rng(self.seed)
+
+    @property
+    def rig_rng(self) -> np.random.Generator:
+        """The same numbers in every run of the rig: where on the drum or in the sheath something is."""
+        return np.random.default_rng(self.seed // RUNS)
 
 
 Change = Callable[[Signals, float], None]
