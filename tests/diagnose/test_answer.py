@@ -24,10 +24,11 @@ WEAK = Place("tau_in", "load", "N.m", (0.1, 0.2), 0.99, 0.5, 0.12, 0.08, 1e-3, T
 def gap(**changes: Any) -> dict[str, Gap]:
     values: dict[str, Any] = {
         "unit": "N.m", "before": 0.0131, "after": 0.0024, "holdout_before": 0.0121, "holdout_after": 0.0023,
-        "floor": 0.0019, "closure": 0.93, "closure_interval": None, "refitted": 0.0122, "holdout_refitted": 0.0120,
+        "floor": 0.0019, "floor_least": 0.0019, "closure": 0.93, "closure_least": 0.93,
+        "closure_interval": None, "refitted": 0.0122, "holdout_refitted": 0.0120,
         "fmu": None,
     }  # fmt: skip
-    quiet = Gap("rad", 0.003, 0.003, 0.0031, 0.0031, 0.003, None, None, 0.003, 0.0031, None)
+    quiet = Gap("rad", 0.003, 0.003, 0.0031, 0.0031, 0.003, 0.003, None, None, None, 0.003, 0.0031, None)
     return {"x_out": quiet, "tau_in": Gap(**{**values, **changes})}
 
 
@@ -50,6 +51,18 @@ def test_named_is_the_sentence_of_the_specification() -> None:
         "71 % of the disagreement of tau_in lies within 8 deg after reversals (22 % of the samples); load-dependent "
         "friction explains 93 % of it; held-out error of tau_in 12.1 -> 2.3 mN.m, floor 1.9 mN.m."
     )
+
+
+def test_a_floor_that_is_what_the_best_model_leaves_is_a_range() -> None:
+    said = answer(found("named", effects=("load_dependence",), where=()), gap(floor_least=0.0004, closure_least=0.887))
+    assert said == (
+        "Load-dependent friction explains 89 to 93 % of the disagreement of tau_in; held-out error of tau_in "
+        "12.1 -> 2.3 mN.m, floor 0.4 to 1.9 mN.m."
+    )
+    said = answer(
+        found("named", effects=("inertia",), where=()), gap(floor_least=0.0004, closure=1.0, closure_least=0.6)
+    )
+    assert said.startswith("Inertia explains 60 % to all of the disagreement of tau_in; ")
 
 
 def test_two_names_without_a_place_and_what_the_refit_did() -> None:
@@ -100,7 +113,10 @@ def test_parameters_and_refusal() -> None:
 def test_the_channel_is_the_one_that_was_closed() -> None:
     assert leading_channel(found("named", effects=("inertia",)), gap()) == "tau_in"
     both = gap()
-    both["x_out"] = Gap("rad", 0.5, 0.5, None, None, 0.003, 0.0, None, 0.5, None, None)  # the larger gap, not closed
+    # the larger gap, not closed
+    both["x_out"] = Gap(
+        "rad", 0.5, 0.5, None, None, 0.003, 0.003, 0.0, 0.0, None, 0.5, None, None
+    )  # the larger gap, not closed
     assert leading_channel(found("named", effects=("inertia",)), both) == "tau_in"
     assert leading_channel(found("unknown"), both) == "x_out"
     assert leading_channel(found("unknown"), {}) is None

@@ -22,6 +22,8 @@ TELLING = 0.1
 """Share of the residual that a coordinate must explain to be worth a sentence."""
 CHANGED = 0.02
 """A parameter that a refit moved by less than this part of itself is not worth a word."""
+SURE = 0.8
+"""A floor whose lower bound is above this part of it is one number."""
 ORDINAL = ("", "first", "second", "third", "fourth")
 
 
@@ -45,8 +47,8 @@ def answer(found: Diagnosis, gap: Mapping[str, Gap], hints: Sequence[Hint] = ())
     of = "it" if place else f"the disagreement of {channel}"
     if found.verdict == "named":
         names, many = " and ".join(words(e) for e in found.effects), len(found.effects) > 1
-        closes = gap[channel].closure
-        share = f"{names} explain{'' if many else 's'} {_percent(closes)} of {of}" if closes else f"missing: {names}"
+        closes = closure_text(gap[channel])
+        share = f"{names} explain{'' if many else 's'} {closes} of {of}" if closes else f"missing: {names}"
         return _sentence(f"{where}{share}; {numbers}")
     if found.verdict == "ambiguous":
         names = " or ".join(words(e) for e in found.equivalent[0])
@@ -98,7 +100,20 @@ def errors_text(channel: str, g: Gap) -> str:
     apart = abs(refitted - before) > CHANGED * refitted < abs(refitted - after)
     alone = f" ({alone} by a refit alone)" if apart else ""
     way = one if one == two else f"{one} -> {two}"
-    return f"{'held-out ' if held else ''}error of {channel} {way} {unit.unit}{alone}, floor {unit(g.floor)}"
+    floor = unit(g.floor)
+    if g.floor_least < SURE * g.floor:
+        floor = f"{unit(g.floor_least).removesuffix(f' {unit.unit}')} to {floor}"
+    return f"{'held-out ' if held else ''}error of {channel} {way} {unit.unit}{alone}, floor {floor}"
+
+
+def closure_text(g: Gap) -> str:
+    """Share of the gap that the effects close: a range where the floor is one; empty if nothing is closed."""
+    if not g.closure:
+        return ""
+    least, most = _percent(g.closure_least), _percent(g.closure)
+    if least == most or g.closure_least is None:
+        return most
+    return f"{least if most == 'all' else least.removesuffix(' %')} to {most}"
 
 
 def share_text(p: Place) -> str:

@@ -32,6 +32,8 @@ FORM_OF_EFFECT = 0.03
 """Share of what the best hypothesis removes that a right one may leave, because its law is not quite the true one."""
 EVIDENCE = 8.0
 """Twice the log likelihood that a difference must make."""
+CONVERGED = 2e-3
+"""Part of the mean square by which refits end apart that differ in rounding only: it must not decide."""
 
 
 @dataclass(frozen=True)
@@ -72,13 +74,13 @@ def chosen(hypotheses: Sequence[Hypothesis], plain: Hypothesis) -> Choice:
 
 
 def dominated(one: Hypothesis, other: Hypothesis) -> bool:
-    """Whether another hypothesis leaves no more with fewer parameters, but for what noise makes of it."""
+    """Whether another hypothesis leaves no more with fewer parameters, but for what noise and rounding make of it."""
     if len(other.fitted.problem.shared) >= len(one.fitted.problem.shared):
         return False
     pairs = [(one.measured, other.measured, one.effective)]
     if one.held is not None and other.held is not None:
         pairs.append((one.held, other.held, one.effective_held))
-    return all((theirs <= mine * (1.0 + EVIDENCE / effective)).all() for mine, theirs, effective in pairs)
+    return all((theirs <= mine * (1.0 + CONVERGED + EVIDENCE / effective)).all() for mine, theirs, effective in pairs)
 
 
 def leading(hypotheses: Sequence[Hypothesis]) -> Hypothesis:

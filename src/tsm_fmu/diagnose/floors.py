@@ -41,7 +41,10 @@ class Floors:
     Attributes
     ----------
     noise : ndarray, shape (channels,)
-        RMS below which no gap can be explained.
+        RMS below which no gap can be explained, as far as we can tell: without repeats it holds the form of the law
+        of the best hypothesis too.
+    least : ndarray, shape (channels,)
+        RMS that is noise whatever the law is; the same where every run repeats.
     reference : ndarray or None
         Gap on reference runs after the same refit.
     unexplained : ndarray of bool, shape (channels,)
@@ -49,6 +52,7 @@ class Floors:
     """
 
     noise: FloatArray
+    least: FloatArray
     reference: FloatArray | None
     unexplained: BoolArray
 
@@ -72,9 +76,11 @@ def floors_of(choice: Choice, base: Fitted, calm: Fitted | None, stepped: Sequen
     repeats = _repeats(best)
     if repeats is not None:
         noise = np.minimum(noise, np.maximum(repeats, 1e-9 * best.spread))
-    noise = np.minimum(np.maximum(noise, np.minimum(white_noise(best), best.rmse)), winner.fitted.rmse)
+    white = np.minimum(white_noise(best), best.rmse)
+    noise = np.minimum(np.maximum(noise, white), winner.fitted.rmse)
+    least = np.minimum(white, noise) if repeats is None else noise
     unexplained = open_channels(winner, base, calm, stepped) & ~_mostly_explained(winner, base, calm)
-    return Floors(noise, None if calm is None else calm.rmse, unexplained)
+    return Floors(noise, least, None if calm is None else calm.rmse, unexplained)
 
 
 def open_channels(one: Hypothesis, base: Fitted, calm: Fitted | None, stepped: Sequence[str] = ()) -> BoolArray:

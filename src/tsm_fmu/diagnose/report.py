@@ -12,7 +12,17 @@ import numpy as np
 from .. import __version__
 from ..display import display
 from ..report import Section, Table, write_report
-from .answer import TELLING, answer, best_wrong, changed_parameters, leading_channel, place_text, range_text, share_text
+from .answer import (
+    TELLING,
+    answer,
+    best_wrong,
+    changed_parameters,
+    closure_text,
+    leading_channel,
+    place_text,
+    range_text,
+    share_text,
+)
 from .candidates import possible
 from .excitation import EXCITATION, words
 from .experiment import Motion
@@ -70,14 +80,16 @@ def _gaps(gap: Mapping[str, Gap]) -> Section | None:
         held = g.holdout_before is not None
         for runs, prefix in (("measured", ""), ("held out", "holdout_")) if held else (("measured", ""),):
             errors = [getattr(g, prefix + field, None) for field in stages.values()]
-            closed = (_percent(g.closure), interval) if bool(prefix) == held else ("", "")
-            scaled = [None if x is None else _rounded(x * unit.factor) for x in (*errors, g.floor)]
+            closed = (closure_text(g), interval) if bool(prefix) == held else ("", "")
+            scaled = [None if x is None else _rounded(x * unit.factor) for x in (*errors, g.floor_least, g.floor)]
             rows.append((channel, runs, unit.unit, *scaled, *closed))
-    heading = ("channel", "runs", "unit", *stages, "floor", "closed", "90 % over runs")
+    heading = ("channel", "runs", "unit", *stages, "surely noise", "floor", "closed", "90 % over runs")
     text = (
         "Root mean square of measured minus simulated. Refitted: other parameter values only; after: with the effects "
-        "of the answer. The floor is what the runs do not repeat, or what nothing in the motion predicts. Closed: "
-        "share of the mean square above the floor that is gone."
+        "of the answer. The floor is what the runs do not repeat; without repeats, what the best model leaves and "
+        "nothing in the motion predicts, which may hold the form of a law too: surely noise is only what changes from "
+        "sample to sample. Closed: share of the mean square above the floor that is gone, at least (above what is "
+        "surely noise) to at most."
     )
     return Section("Gap", text, [Table(heading, rows)])
 

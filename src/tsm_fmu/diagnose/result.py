@@ -34,7 +34,8 @@ class Gap:
     """RMSE of one channel in its unit; None where there is nothing to compare.
 
     ``closure`` counts from the refitted baseline where effects were added, else from the model as given; on held-out
-    runs if there are any.
+    runs if there are any. ``floor_least`` is the part of the floor that is noise whatever the missing law is, and
+    ``closure_least`` the closure counted above it: the effects close at least that.
     """
 
     unit: str
@@ -43,7 +44,9 @@ class Gap:
     holdout_before: float | None
     holdout_after: float | None
     floor: float
+    floor_least: float
     closure: float | None
+    closure_least: float | None
     closure_interval: tuple[float, float] | None
     refitted: float
     holdout_refitted: float | None
@@ -125,7 +128,7 @@ def gaps(found: Diagnosis, replayed: FloatArray | None = None) -> dict[str, Gap]
     units = {v.name: v.quantity.unit for v in final.problem.kernel.outputs}
     result = {}
     for c, channel in enumerate(found.channels):
-        floor = float(found.floor[c])
+        floor, least = float(found.floor[c]), float(found.floor_least[c])
         one, two = ([r[:, c] for r in runs] for runs in (start, judged[2]))
         result[channel] = Gap(
             unit=units[channel],
@@ -134,7 +137,9 @@ def gaps(found: Diagnosis, replayed: FloatArray | None = None) -> dict[str, Gap]
             holdout_before=float(held[0][c]) if held else None,
             holdout_after=float(held[2][c]) if held else None,
             floor=floor,
+            floor_least=least,
             closure=_closure(one, two, floor),
+            closure_least=_closure(one, two, least),
             closure_interval=_interval(one, two, floor),
             refitted=float(rms(refitted)[c]),
             holdout_refitted=float(held[1][c]) if held else None,

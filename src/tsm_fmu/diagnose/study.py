@@ -361,7 +361,7 @@ def descended(
 
     def jacobian(q: FloatArray) -> FloatArray:
         base = last[1] if last and np.array_equal(last[0], q) else residual(q)
-        columns = np.zeros((base.size, q.size))
+        columns = np.zeros((base.size, q.size), order="F")  # filled by columns
         for axes in _together(coordinates):
             moved, steps = q.copy(), np.zeros(q.size)
             for i in axes:

@@ -19,7 +19,7 @@ from .coordinates import coordinates_of
 from .floors import Floors, floors_of, open_channels
 from .freedom import Start, freed, freedoms, untied, without
 from .gate import Gate, gate
-from .hypotheses import Hypothesis, foldable, folded, hypothesis, interleaved, rivals_again, tried
+from .hypotheses import Hypothesis, foldable, folded, hypothesis, interleaved, rivals_again, together, tried
 from .levels import Levels, coarse, with_levels
 from .locate import Place, locate
 from .passivity import sign_notes
@@ -62,7 +62,8 @@ class Diagnosis:
     gate : Gate
     given, baseline, final : Fitted or None
         The model as given, refitted, and with the effects of the answer; on thinned runs.
-    floor : ndarray, shape (channels,)
+    floor, floor_least : ndarray, shape (channels,)
+        See `floors.Floors`.
     reference_floor : ndarray or None
         Gap on reference runs, after the same refit.
     runs, holdout : list of FitRun
@@ -83,6 +84,7 @@ class Diagnosis:
     baseline: Fitted | None = None
     final: Fitted | None = None
     floor: FloatArray = field(default_factory=lambda: np.empty(0))
+    floor_least: FloatArray = field(default_factory=lambda: np.empty(0))
     reference_floor: FloatArray | None = None
     runs: Sequence[FitRun] = ()
     holdout: Sequence[FitRun] = ()
@@ -164,15 +166,15 @@ class _Work:
         hypotheses = self._hypotheses(start, plain, calm)
         if not self.held and foldable(task.runs):
             self.said("runs left out in turn")
-            plain, start, *rest = (folded(h) for h in (plain, start, *sorted(hypotheses[1:], key=left)[:FOLDED]))
-            hypotheses = [start, *rest]
+            best = sorted(hypotheses[1:], key=left)[:FOLDED]
+            plain, *hypotheses = together(folded, [plain, start, *best])
         choice, levels = chosen(hypotheses, plain), coarse(self.runs, self.channels, base.spread)
         floors = floors_of(choice, base, calm, [one.channel for one in levels])
         unseen = unexcited(base, self._possible(()), choice.best, [m.NAME for m in EFFECTS])
         candidates = candidates_of(hypotheses, choice, plain, floors.noise)
         result = Diagnosis(
             "none", (), (), unseen, candidates, (), Gate((), ()), self.channels, given, base, base, floors.noise,
-            floors.reference, notes=self._notes(base),
+            floors.least, floors.reference, notes=self._notes(base),
         )  # fmt: skip
         return self._answer(result, choice, plain, floors, levels)
 
