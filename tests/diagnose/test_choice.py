@@ -28,12 +28,12 @@ MANY = 1e5
 
 def made(
     added: str, rmse: float, held: float | None = None, *, parameters: int = 5, effective: float = MANY,
-    freedoms: dict[str, float] | None = None, unit: float = SPREAD,
+    freedoms: dict[str, float] | None = None, unit: float = SPREAD, form: float = 0.0,
 ) -> Hypothesis:  # fmt: skip
     """What leaves ``rmse`` (of the spread) on one channel; ``added`` are ids with blanks between."""
     fitted: Any = SimpleNamespace(
         spread=np.array([unit]), rmse=np.array([rmse * unit]), effects=tuple(added.split()),
-        problem=SimpleNamespace(shared=tuple(range(parameters))),
+        problem=SimpleNamespace(shared=tuple(range(parameters))), task=SimpleNamespace(form=np.array([form * unit])),
     )  # fmt: skip
     square = (None if held is None else np.array([(held * unit) ** 2]), np.array([effective]), np.array([effective]))
     one = Hypothesis(tuple(added.split()), fitted, (), np.array([(rmse * unit) ** 2]), *square)
@@ -103,6 +103,13 @@ def test_the_allowance_of_a_second_effect_is_for_what_the_second_removes() -> No
     best, rival = made("inertia creep", 0.031), made("inertia delay", 0.045)
     assert names(chosen([plain, one, best, rival], plain)) == [("inertia", "creep")]
     assert indistinct(rival, best, plain)  # beside the whole gap the difference would be nothing
+
+
+def test_what_removes_less_than_the_gap_on_reference_runs_corrects_the_form() -> None:
+    plain, one = made("", 0.9, form=0.08), made("inertia", 0.1, form=0.08)
+    for form, expected in ((0.08, ("inertia",)), (0.06, ("inertia", "creep"))):
+        both = made("inertia creep", without(0.07, 0.1), form=form)
+        assert names(chosen([plain, one, both], plain)) == [expected]
 
 
 def test_of_equals_the_one_that_needs_more_parameters_is_dropped() -> None:

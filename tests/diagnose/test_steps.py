@@ -10,13 +10,15 @@ import pytest
 
 from tsm_fmu.chain import attach
 from tsm_fmu.diagnose.coordinates import coordinates_of
+from tsm_fmu.diagnose.descent import cost
 from tsm_fmu.diagnose.floors import white_noise
 from tsm_fmu.diagnose.gate import gate
 from tsm_fmu.diagnose.locate import benjamini_hochberg, locate
 from tsm_fmu.diagnose.response import sizes_of
 from tsm_fmu.diagnose.structure import predictable_share
-from tsm_fmu.diagnose.study import Task, as_given, cost, refit, thinned
+from tsm_fmu.diagnose.study import Task, as_given, refit
 from tsm_fmu.diagnose.summary import closure
+from tsm_fmu.diagnose.thinning import thinned
 from tsm_fmu.identify.problem import FitRun
 from tsm_fmu.identify.residuals import noise_floor
 from tsm_fmu.kernel import kernel

@@ -21,7 +21,8 @@ from ..identify.problem import BoolArray, FloatArray
 from ..kernel import Kernel, kernel
 from ..models.contract import InputError
 from .response import Responses, public, sizes_of
-from .study import Fitted, thinned
+from .study import Fitted
+from .thinning import thinned
 
 ROWS = 3000
 """Samples of all runs together that the linear step looks at."""

@@ -111,6 +111,8 @@ def indistinct(one: Hypothesis, best: Hypothesis, plain: Hypothesis, others: Seq
     spread = best.fitted.spread**2
     fewer = not one.effects or len(one.effects) < len(best.effects)  # the surplus must matter
     limit = np.square(_material(one, best) if fewer else FORM) * spread
+    if fewer:
+        limit = np.maximum(limit, best.fitted.task.form**2)
     nothing, nothing_held = _shared(one, best, plain, others)
     pairs = [(one.measured, best.measured, nothing, best.effective)]
     if one.held is not None and best.held is not None and nothing_held is not None:

@@ -9,7 +9,7 @@ import numpy as np
 from ..effects import coordinates
 from ..identify.problem import FitRun, FloatArray
 from ..kernel import Kernel
-from .study import motion_channel
+from .thinning import motion_channel
 
 MOTION = Kernel(coordinates)
 REST = 0.02

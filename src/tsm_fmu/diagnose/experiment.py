@@ -15,7 +15,8 @@ from ..kernel import Kernel, kernel
 from ..models.contract import InputError
 from ..record import write_record
 from .response import places_of
-from .study import Fitted, motion_channel
+from .study import Fitted
+from .thinning import motion_channel
 
 STEP = 0.005
 LENGTH = 20.0

@@ -42,7 +42,7 @@ class Floors:
     ----------
     noise : ndarray, shape (channels,)
         RMS below which no gap can be explained, as far as we can tell: without repeats it holds the form of the law
-        of the best hypothesis too.
+        of the best hypothesis too; not less than the gap on reference runs.
     least : ndarray, shape (channels,)
         RMS that is noise whatever the law is; the same where every run repeats.
     reference : ndarray or None
@@ -79,6 +79,8 @@ def floors_of(choice: Choice, base: Fitted, calm: Fitted | None, stepped: Sequen
     white = np.minimum(white_noise(best), best.rmse)
     noise = np.minimum(np.maximum(noise, white), winner.fitted.rmse)
     least = np.minimum(white, noise) if repeats is None else noise
+    if calm is not None:  # gaps are judged against the larger floor
+        noise, least = np.maximum(noise, calm.rmse), np.maximum(least, calm.rmse)
     unexplained = open_channels(winner, base, calm, stepped) & ~_mostly_explained(winner, base, calm)
     return Floors(noise, least, None if calm is None else calm.rmse, unexplained)
 

@@ -17,8 +17,9 @@ from ..identify.problem import FloatArray
 from ..kernel import kernel
 from ..models.contract import InputError
 from .candidates import Screened, screen
+from .descent import STEPS
 from .response import public, sizes_of
-from .study import STEPS, Fitted, Task, refit
+from .study import Fitted, Task, refit
 
 ON_FRICTION = ("presliding_shape",)
 ON_CHANNELS = ("sensor_lag", "offset_drift")
@@ -198,7 +199,7 @@ def offsets(
 
 
 def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[str, tuple[float, Fitted]]:
-    """Freedoms without which a fit gets clearly worse.
+    """Freedoms without which a fit gets clearly worse, and by more than the form of the model on reference runs.
 
     Parameters
     ----------
@@ -218,11 +219,7 @@ def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[
         if spec not in asked or float(fitted.share_of(spec).max()) < SMALL:
             continue
         less = without(fitted, spec, free)
-        removed = _removed(less.rmse, fitted)
-        if removed > SMALL:
-            found[spec] = removed, less
+        removed = np.sqrt(np.maximum(less.rmse**2 - fitted.rmse**2, 0.0))
+        if (removed > np.maximum(SMALL * fitted.spread, fitted.task.form)).any():
+            found[spec] = float(np.max(removed / np.maximum(fitted.spread, 1e-300))), less
     return found
-
-
-def _removed(before: FloatArray, after: Fitted) -> float:
-    return float(np.max(np.sqrt(np.maximum(before**2 - after.rmse**2, 0.0)) / np.maximum(after.spread, 1e-300)))

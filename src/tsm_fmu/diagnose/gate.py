@@ -10,7 +10,7 @@ import numpy as np
 from ..check import check_record
 from ..kernel import Kernel
 from ..record import Record
-from .study import motion_channel
+from .thinning import motion_channel
 
 FEWEST = 200
 """Samples that a run needs at least."""

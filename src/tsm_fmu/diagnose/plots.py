@@ -8,7 +8,8 @@ from ..display import display
 from ..kernel import Kernel
 from ..report import Band, Line, Section, band_figure, loop_figure, time_figure
 from .experiment import Motion
-from .study import Fitted, motion_channel
+from .study import Fitted
+from .thinning import motion_channel
 from .unknown import Hint
 from .workflow import Diagnosis
 

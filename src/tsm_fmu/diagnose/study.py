@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from ..chain import attach, chain
-from ..identify.coordinates import Coordinates
 from ..identify.fit import SETTLING
 from ..identify.problem import FitRun, FloatArray, Problem
 from ..identify.specification import fit_parameters, per_run_fields
@@ -19,52 +16,7 @@ from ..identify.structure import sensitivity_scales
 from ..identify.uncertainty import autocorrelation_time
 from ..kernel import Kernel, kernel
 from ..models.contract import InputError
-
-ROWS = 4_000
-"""Samples of all measured runs together that the search works on; more are thinned evenly."""
-ROWS_OF_SPEED = 20_000
-"""The same where the input is a speed: between samples it is not known, and thinning would act as a lag."""
-SHORTEST = 500
-"""Samples that a run keeps at least."""
-STROKE = 25
-"""Samples of a stroke that are kept at least."""
-STEPS = 15
-"""Steps of one refit at most."""
-NONE: Mapping[str, float] = MappingProxyType({})
-TOLERANCE = 1e-4
-"""A refit ends when a step changes the sum of squares by less than this part; gaps are compared to a hundredth."""
-
-
-def searched(model: Kernel, runs: Sequence[FitRun]) -> list[FitRun]:
-    """Runs as the search works on them."""
-    return thinned(model, runs, ROWS_OF_SPEED if motion_channel(model) == "v" else ROWS)
-
-
-def thinned(model: Kernel, runs: Sequence[FitRun], rows: int = ROWS, shortest: int = SHORTEST) -> list[FitRun]:
-    """Runs with every m-th sample, but not so few that a stroke is no longer followed.
-
-    Kernels step exactly along the line between two positions.
-    """
-    total = sum(run.time.size for run in runs)
-
-    def step(run: FitRun) -> int:
-        return max(1, min(total // rows, run.time.size // shortest, int(_samples_of_a_stroke(model, run) / STROKE)))
-
-    return [_every(run, step(run)) for run in runs]
-
-
-def _samples_of_a_stroke(model: Kernel, run: FitRun) -> float:
-    """Samples from one passage of the middle of the motion to the next, on average."""
-    motion = motion_channel(model)
-    names = [v.name for v in model.inputs]
-    if motion not in names:
-        return float(run.time.size)
-    x = run.inputs[:, names.index(motion)]
-    return run.time.size / (1.0 + np.count_nonzero(np.diff(np.signbit(x - x.mean()))))
-
-
-def _every(run: FitRun, m: int) -> FitRun:
-    return FitRun(run.name, *(np.ascontiguousarray(a[::m]) for a in (run.time, run.inputs, run.targets)))
+from .descent import STEPS, cost, descended
 
 
 @dataclass(frozen=True)
@@ -225,6 +177,11 @@ class Task:
         Factor of each channel's residual; empty for one over its spread.
     limits : mapping of str to tuple
         Narrower bounds of parameters by public name.
+    zeros : mapping of str to float
+        See `freedom.tied`.
+    form : ndarray, shape (channels,)
+        Gap of the refitted model on reference runs [RMS], zero without any: an effect that removes no more than that
+        corrects the form of the model.
     """
 
     model: str
@@ -236,6 +193,7 @@ class Task:
     weights: FloatArray = field(default_factory=lambda: np.empty(0))
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     zeros: Mapping[str, float] = field(default_factory=dict)
+    form: FloatArray = field(default_factory=lambda: np.zeros(1))
 
     def limited(self, limits: Mapping[str, tuple[float, float]]) -> Task:
         """The same with more narrow bounds."""
@@ -314,106 +272,6 @@ def _own(kernel: Kernel, task: Task) -> tuple[str, ...]:
     return tuple(f for f in per_run_fields(kernel) if f not in fixed)
 
 
-def cost(problem: Problem, table: FloatArray, zeros: Mapping[str, float] = NONE) -> float:
-    """Weighted sum of squares; infinite where the model stops."""
-    total = sum(float(np.sum(problem.residual(k, table[k]) ** 2)) for k in range(len(problem.runs)))
-    total += float(np.sum(apart(problem, table, zeros) ** 2))
-    return total if np.isfinite(total) else np.inf
-
-
-def apart(problem: Problem, table: FloatArray, zeros: Mapping[str, float]) -> FloatArray:
-    """How far the runs' own zeros are from their mean, weighted; see `freedom.tied`."""
-    columns = [(problem.fields.index(f), zeros.get(problem.declared[f].name, 0.0)) for f in problem.own]
-    return np.concatenate([np.empty(0), *(w * (table[:, j] - table[:, j].mean()) for j, w in columns if w > 0.0)])
-
-
-def descended(
-    problem: Problem, start: FloatArray, steps: int = STEPS, sensitivities: Mapping[str, float] | None = None,
-    zeros: Mapping[str, float] = NONE,
-) -> FloatArray:  # fmt: skip
-    """Bounded least squares from a start, all free parameters searched; never worse than the start.
-
-    Parameters
-    ----------
-    problem : Problem
-    start : ndarray, shape (runs, parameters)
-    steps : int
-    sensitivities : mapping of str to float, optional
-        `sensitivity_scales` at the start, where they are known.
-    zeros : mapping of str to float
-        Weight, by public name, of how far a value that each run has of its own is from their mean.
-    """
-    if not problem.shared and not problem.own:
-        return start
-    sensitivities = sensitivities or sensitivity_scales(problem.starting_at(start))
-    scales = _scales(problem, start, sensitivities)
-    own = [f for f in problem.own if np.isfinite(sensitivities[f])]  # the others would wander
-    if not problem.shared and not own:
-        return start
-    coordinates = Coordinates(problem, problem.shared, own, scales, start)
-    last: list[FloatArray] = []  # where it was evaluated last, and what came out
-
-    def residual(q: FloatArray) -> FloatArray:
-        table = coordinates.table(q)
-        values = np.concatenate([*problem.residuals(list(enumerate(table))), apart(problem, table, zeros)])
-        last[:] = [q.copy(), np.nan_to_num(values, nan=1e6, posinf=1e6, neginf=-1e6)]
-        return last[1]
-
-    def jacobian(q: FloatArray) -> FloatArray:
-        base = last[1] if last and np.array_equal(last[0], q) else residual(q)
-        columns = np.zeros((base.size, q.size), order="F")  # filled by columns
-        for axes in _together(coordinates):
-            moved, steps = q.copy(), np.zeros(q.size)
-            for i in axes:
-                steps[i] = 1e-5 if q[i] + 1e-5 <= coordinates.hi[i] else -1e-5
-                moved[i] += steps[i]
-            change = residual(moved) - base
-            for i in axes:
-                rows = slice(None) if coordinates.axes[i].run is None else _rows(problem, coordinates.axes[i].run)
-                columns[rows, i] = change[rows] / steps[i]
-                if zeros and coordinates.axes[i].run is not None:  # of these, one run's value acts on all rows
-                    alone = q.copy()
-                    alone[i] += steps[i]
-                    tie = apart(problem, coordinates.table(alone), zeros) - apart(problem, coordinates.table(q), zeros)
-                    columns[columns.shape[0] - tie.size :, i] = tie / steps[i]
-        return columns
-
-    try:
-        found = least_squares(
-            residual, coordinates.of(start), jac=jacobian, bounds=(coordinates.lo, coordinates.hi),  # pyright: ignore
-            x_scale="jac", ftol=TOLERANCE, xtol=1e-6, gtol=1e-8, max_nfev=steps,
-        )  # fmt: skip
-    except (ValueError, np.linalg.LinAlgError):
-        return start
-    table = coordinates.table(found.x)
-    return table if cost(problem, table, zeros) <= cost(problem, start, zeros) else start
-
-
-def _scales(problem: Problem, start: FloatArray, sensitivities: Mapping[str, float]) -> dict[str, float]:
-    """Sensitivity scales; not beyond ten times the value of a positive parameter, where a slope means nothing."""
-    scales = {name: sensitivities[name] for name in (*problem.shared, *problem.own)}
-    for name, scale in scales.items():
-        declared = problem.declared[name]
-        size = 10.0 * max(abs(float(start[0, problem.fields.index(name)])), abs(declared.start))
-        if declared.quantity.lo == 0.0 and size > 0.0:
-            scales[name] = min(scale, size)
-    return scales
-
-
-def _together(coordinates: Coordinates) -> list[list[int]]:
-    """Axes that can be moved at once: the same field of different runs."""
-    groups: dict[tuple[str, bool], list[int]] = {}
-    for i, axis in enumerate(coordinates.axes):
-        groups.setdefault((axis.field, axis.run is None), []).append(i)
-    return list(groups.values())
-
-
-def _rows(problem: Problem, run: int | None) -> slice:
-    sizes = [-(-r.targets.shape[0] // problem.block) * r.targets.shape[1] for r in problem.runs]
-    edge = int(np.sum(sizes[: run or 0]))
-    return slice(edge, edge + sizes[run or 0])
-
-
 def _hold_what_does_nothing(problem: Problem, sensitivities: Mapping[str, float]) -> None:
     for name, scale in sensitivities.items():
         if not np.isfinite(scale) and name not in problem.per_run:
@@ -423,9 +281,3 @@ def _hold_what_does_nothing(problem: Problem, sensitivities: Mapping[str, float]
             f"no free parameter of {problem.kernel.name} acts on {', '.join(problem.channels)} in these runs -- "
             "expected at least one -- give runs that move"
         )
-
-
-def motion_channel(model: Kernel) -> str:
-    """Name of the position or speed input; a chain moves as its model does."""
-    module = kernel(model.name).module
-    return getattr(module, "MOTION", "") or ("v" if "v" in module.Inputs._fields else "")

@@ -20,7 +20,8 @@ from ..kernel import Kernel, kernel
 from .candidates import LONG_STROKE, OF_A_TURN
 from .hypotheses import Hypothesis
 from .response import Responses
-from .study import Fitted, motion_channel, rms, thinned
+from .study import Fitted, rms
+from .thinning import motion_channel, thinned
 
 SIZE = 0.05
 FREQUENCY = 1.0

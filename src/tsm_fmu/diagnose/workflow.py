@@ -24,8 +24,9 @@ from .levels import Levels, coarse, with_levels
 from .locate import Place, locate
 from .passivity import sign_notes
 from .response import places_of
-from .study import Fitted, Task, as_given, motion_channel, refit, searched
+from .study import Fitted, Task, as_given, refit
 from .summary import Candidate, candidates_of
+from .thinning import motion_channel, searched
 from .visibility import unexcited
 
 MOST_EFFECTS = 3
@@ -161,6 +162,7 @@ class _Work:
         if references:
             self.said("reference runs")
             calm = freed(self._baseline(replace(task, runs=references)), free)
+            base = replace(base, task=replace(base.task, form=calm.rmse))
         plain = hypothesis((), base, (), self.held)
         start = hypothesis((), freed(base, free), free, self.held)
         hypotheses = self._hypotheses(start, plain, calm)
@@ -171,7 +173,8 @@ class _Work:
         choice, levels = chosen(hypotheses, plain), coarse(self.runs, self.channels, base.spread)
         floors = floors_of(choice, base, calm, [one.channel for one in levels])
         unseen = unexcited(base, self._possible(()), choice.best, [m.NAME for m in EFFECTS])
-        candidates = candidates_of(hypotheses, choice, plain, floors.noise)
+        reached = floors.least if floors.unexplained.any() else floors.noise
+        candidates = candidates_of(hypotheses, choice, plain, reached)
         result = Diagnosis(
             "none", (), (), unseen, candidates, (), Gate((), ()), self.channels, given, base, base, floors.noise,
             floors.least, floors.reference, notes=self._notes(base),
@@ -280,11 +283,18 @@ class _Work:
         return replace(result, verdict="parameters", final=final, where=self._where(given))
 
     def _kept(self, winner: Hypothesis) -> Fitted:
-        """The winner's fit without the nuisance freedom that does nothing; zeros of runs are free if named."""
+        """The winner's fit without the nuisance freedom that does nothing; zeros of runs that are named may be free.
+
+        They are if that does not cost on runs that were not fitted: there they could have taken what is a law.
+        """
         fitted = winner.fitted
         if any(spec.startswith("offset_drift") for spec in winner.material):
             self.said("refit with free zeros")
-            fitted = untied(fitted, winner.free)
+            loose = hypothesis(winner.added, untied(fitted, winner.free), winner.free, self.held, winner.reference_gain)
+            if not self.held and winner.held is not None:
+                loose = folded(loose)
+            if left(loose) < left(winner):
+                fitted = loose.fitted
         for spec in winner.free:
             if spec not in winner.effects and float(fitted.share_of(spec).max()) < NEGLIGIBLE:
                 self.said(f"refit without {spec}")
