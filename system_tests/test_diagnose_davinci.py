@@ -39,7 +39,7 @@ def diagnosis(tmp_path_factory: pytest.TempPathFactory) -> dict:
 
 def test_friction_that_grows_with_the_load_is_named(diagnosis: dict) -> None:
     assert diagnosis["verdict"] == "named"
-    assert "load_dependence" in diagnosis["effects"]
+    assert diagnosis["effects"] == ["load_dependence"]
     closes = {c["effect"]: c["gap_closure_holdout"] for c in diagnosis["candidates"]}
     assert closes["load_dependence"] > 0.7
 

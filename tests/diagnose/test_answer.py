@@ -81,6 +81,11 @@ def test_without_held_out_runs_the_measured_ones_count() -> None:
     )
 
 
+def test_a_gap_above_the_floor_that_is_the_form_is_not_said_to_be_below_it() -> None:
+    said = answer(found("none"), gap(holdout_before=0.0031, holdout_after=0.0031, holdout_refitted=0.003))
+    assert said.startswith("Nothing is missing: the gap is within the form of any friction model. Held-out error")
+
+
 def test_ambiguous_names_all_and_says_what_to_do() -> None:
     rivals = (candidate("delay@x_out", 0.88), candidate("sensor_lag@x_out", 0.87))
     said = answer(found("ambiguous", equivalent=(("delay", "sensor_lag"),), candidates=rivals), gap())

@@ -11,7 +11,6 @@ import pytest
 from tsm_fmu.diagnose.choice import (
     EVIDENCE,
     FORM,
-    FORM_OF_EFFECT,
     MATERIAL,
     SMALLEST,
     Choice,
@@ -20,6 +19,7 @@ from tsm_fmu.diagnose.choice import (
     indistinct,
     left,
 )  # fmt: skip
+from tsm_fmu.diagnose.freedom import FORM_OF_EFFECT
 from tsm_fmu.diagnose.hypotheses import Hypothesis, interleaved, shortlist
 
 SPREAD = 3.7

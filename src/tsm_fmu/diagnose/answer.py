@@ -22,6 +22,8 @@ TELLING = 0.1
 """Share of the residual that a coordinate must explain to be worth a sentence."""
 CHANGED = 0.02
 """A parameter that a refit moved by less than this part of itself is not worth a word."""
+ABOVE = 1.3
+"""Error over the floor from which on it is said that it is above."""
 SURE = 0.8
 """A floor whose lower bound is above this part of it is one number."""
 ORDINAL = ("", "first", "second", "third", "fourth")
@@ -60,7 +62,10 @@ def answer(found: Diagnosis, gap: Mapping[str, Gap], hints: Sequence[Hint] = ())
         how = f" ({changes})" if changes else ""
         return f"Nothing is missing: other parameter values close the gap{how}. {_sentence(numbers)}"
     if found.verdict == "none":
-        return f"Nothing is missing: no gap above the floor. {_sentence(numbers)}"
+        g = gap[channel]
+        form = (g.after if g.holdout_after is None else g.holdout_after) > ABOVE * g.floor
+        what = "the gap is within the form of any friction model" if form else "no gap above the floor"
+        return f"Nothing is missing: {what}. {_sentence(numbers)}"
     if found.verdict == "not_excited":
         reasons = "; ".join(found.gate.refused) or "no effect that could explain it shows in them"
         return f"No answer from these runs: {reasons}. {_sentence(numbers)}"

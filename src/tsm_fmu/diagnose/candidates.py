@@ -55,8 +55,8 @@ class Screened:
 
 
 OF_A_TURN = ("drum_periodic", "winding_crossover")
-LONG_STROKE = 3.0
-"""Travel [rad] below which harmonics of an angle are any smooth function of the position."""
+LONG_STROKE = 1.25 * 2.0 * np.pi
+"""Travel [rad] below which harmonics of an angle are any smooth function of the position: nothing repeats."""
 
 
 def possible(

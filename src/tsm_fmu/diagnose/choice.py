@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..identify.problem import FloatArray
+from .freedom import FORM_OF_EFFECT
 from .hypotheses import Hypothesis
 
 MATERIAL = 0.012
@@ -28,8 +29,6 @@ CLEAN = 0.9
 """Share of the mean square that is nearly all."""
 FORM = 0.003
 """Difference between two fits, as part of the spread, that says nothing about which is right."""
-FORM_OF_EFFECT = 0.03
-"""Share of what the best hypothesis removes that a right one may leave, because its law is not quite the true one."""
 EVIDENCE = 8.0
 """Twice the log likelihood that a difference must make."""
 CONVERGED = 2e-3

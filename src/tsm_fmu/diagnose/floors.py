@@ -14,7 +14,8 @@ import numpy as np
 
 from ..identify.problem import BoolArray, FloatArray
 from ..identify.residuals import noise_floor
-from .choice import FORM_OF_EFFECT, MATERIAL, Choice
+from .choice import MATERIAL, Choice
+from .freedom import FORM_OF_EFFECT
 from .hypotheses import Hypothesis
 from .response import places_of
 from .structure import predictable_share

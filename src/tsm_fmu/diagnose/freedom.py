@@ -25,6 +25,8 @@ ON_FRICTION = ("presliding_shape",)
 ON_CHANNELS = ("sensor_lag", "offset_drift")
 SMALL = 0.015
 """A freedom is an effect of its own if what it removes is more than this part of a channel's spread."""
+FORM_OF_EFFECT = 0.03
+"""Share of what the best hypothesis removes that a right one may leave, because its law is not quite the true one."""
 RELAXED = 0.1
 FIRST = 5
 """Steps of a refit from each of several starts; the best is then refitted on."""
@@ -199,7 +201,7 @@ def offsets(
 
 
 def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[str, tuple[float, Fitted]]:
-    """Freedoms without which a fit gets clearly worse, and by more than the form of the model on reference runs.
+    """Freedoms without which a fit gets clearly worse, and by more than the form of a model or of an effect.
 
     Parameters
     ----------
@@ -215,11 +217,13 @@ def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[
         What each removes as part of a channel's spread, and the fit without it.
     """
     found = {}
+    of_effects = FORM_OF_EFFECT * np.maximum(fitted.task.gap**2 - fitted.rmse**2, 0.0)
+    form = np.sqrt(np.maximum(fitted.task.form**2, of_effects))
     for spec in fitted.effects:
         if spec not in asked or float(fitted.share_of(spec).max()) < SMALL:
             continue
         less = without(fitted, spec, free)
         removed = np.sqrt(np.maximum(less.rmse**2 - fitted.rmse**2, 0.0))
-        if (removed > np.maximum(SMALL * fitted.spread, fitted.task.form)).any():
+        if (removed > np.maximum(SMALL * fitted.spread, form)).any():
             found[spec] = float(np.max(removed / np.maximum(fitted.spread, 1e-300))), less
     return found

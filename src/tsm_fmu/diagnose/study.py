@@ -182,6 +182,8 @@ class Task:
     form : ndarray, shape (channels,)
         Gap of the refitted model on reference runs [RMS], zero without any: an effect that removes no more than that
         corrects the form of the model.
+    gap : ndarray, shape (channels,)
+        What the refitted baseline leaves [RMS]; zero until it is known.
     """
 
     model: str
@@ -194,6 +196,7 @@ class Task:
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     zeros: Mapping[str, float] = field(default_factory=dict)
     form: FloatArray = field(default_factory=lambda: np.zeros(1))
+    gap: FloatArray = field(default_factory=lambda: np.zeros(1))
 
     def limited(self, limits: Mapping[str, tuple[float, float]]) -> Task:
         """The same with more narrow bounds."""

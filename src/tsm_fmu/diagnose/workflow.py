@@ -163,6 +163,7 @@ class _Work:
             self.said("reference runs")
             calm = freed(self._baseline(replace(task, runs=references)), free)
             base = replace(base, task=replace(base.task, form=calm.rmse))
+        base = replace(base, task=replace(base.task, gap=base.rmse))
         plain = hypothesis((), base, (), self.held)
         start = hypothesis((), freed(base, free), free, self.held)
         hypotheses = self._hypotheses(start, plain, calm)
