@@ -179,3 +179,19 @@ def test_clipping_is_refused_and_a_coarse_converter_is_not(rig: Rig) -> None:
 def test_a_run_of_a_few_samples_is_refused(rig: Rig) -> None:
     run = rig(71, rows=150)
     assert "one has 150 samples, 200 or more are needed" in said(run.targets[:, 0], run)
+
+
+def test_what_one_run_does_not_cover_is_noted_where_it_is_the_only_one() -> None:
+    """Several runs may show together, at two frequencies or loads, what none shows alone."""
+
+    def notes(*frequencies: float) -> tuple[str, ...]:
+        t = np.arange(2000) * DT
+        records = []
+        for f in frequencies:
+            x = 0.83 * np.sin(2.0 * np.pi * f * t)
+            columns = {"x_in": x, "x_out": 0.9 * x}
+            records.append(Record(f"at {f}", t, columns, dict.fromkeys(columns, "rad")))
+        return gate(records, kernel("PairedTsmBacklash"), ["x_out"]).notes
+
+    assert any("one frequency only" in text for text in notes(0.31))
+    assert not any("one frequency only" in text for text in notes(0.31, 0.93))

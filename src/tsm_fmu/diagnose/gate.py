@@ -27,7 +27,8 @@ class Gate:
     Attributes
     ----------
     notes : tuple of str
-        Findings of the data check, one sentence each with the run's name.
+        Findings of the data check, one sentence each with the run's name. What a run alone does not cover is a finding
+        where it is the only one; what several do not show together is said by `visibility`.
     refused : tuple of str
         Why no answer can come from these runs; empty if one can.
     """
@@ -51,7 +52,8 @@ def gate(records: Sequence[Record], model: Kernel, channels: Sequence[str]) -> G
     moving = False
     for record in records:
         checked = check_record(record)
-        notes += [f"{record.name}: {f.text}" for f in checked.findings]
+        told = [f for f in checked.findings if f.kind != "coverage" or len(records) == 1]
+        notes += [f"{record.name}: {f.text}" for f in told]
         if record.time.size < FEWEST:
             refused.append(f"{record.name} has {record.time.size} samples, {FEWEST} or more are needed")
         drive = record.columns.get(motion)
