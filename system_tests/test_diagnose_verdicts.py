@@ -155,6 +155,7 @@ def test_a_model_with_its_effect_needs_parameters_only(with_mass: dict[str, Any]
     said = diagnosed(tmp_path / "d", "LuGreFriction+inertia", with_mass["runs"], given=given)
     assert said["verdict"] == "parameters"
     assert said["effects"] == []
+    assert "inertia" not in said["not_excited"]  # it is there
     assert read_card(said["card"]).parameters["inertia.m"].value == pytest.approx(0.041, rel=0.1)
 
 

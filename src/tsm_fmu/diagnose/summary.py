@@ -9,6 +9,7 @@ import numpy as np
 
 from ..identify.problem import FloatArray
 from .choice import Choice, left
+from .floors import Floors
 from .hypotheses import Hypothesis
 from .study import Fitted
 
@@ -46,11 +47,13 @@ class Candidate:
 
 
 def candidates_of(
-    hypotheses: Sequence[Hypothesis], choice: Choice, plain: Hypothesis, noise: FloatArray
+    hypotheses: Sequence[Hypothesis], choice: Choice, plain: Hypothesis, floors: Floors
 ) -> tuple[Candidate, ...]:
-    """Best candidates first: each effect alone, and those of the answer."""
+    """Best candidates first: each effect alone, and those of the answer; without one, above what is surely noise."""
     start, found = hypotheses[0], {}
-    rows = [(spec, choice.winner) for spec in choice.winner.effects]
+    answered = not floors.unexplained.any()
+    noise = floors.noise if answered else floors.least
+    rows = [(spec, choice.winner) for spec in choice.winner.effects if answered]
     rows += [(spec, start) for spec in start.material]
     rows += [(h.added[0], h) for h in sorted(hypotheses, key=left) if len(h.added) == 1]
     for spec, one in rows:

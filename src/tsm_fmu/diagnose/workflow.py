@@ -173,9 +173,10 @@ class _Work:
             plain, *hypotheses = together(folded, [plain, start, *best])
         choice, levels = chosen(hypotheses, plain), coarse(self.runs, self.channels, base.spread)
         floors = floors_of(choice, base, calm, [one.channel for one in levels])
-        unseen = unexcited(base, self._possible(()), choice.best, [m.NAME for m in EFFECTS])
-        reached = floors.least if floors.unexplained.any() else floors.noise
-        candidates = candidates_of(hypotheses, choice, plain, reached)
+        there = {spec.partition("@")[0] for spec in self.effects}
+        absent = [m.NAME for m in EFFECTS if m.NAME not in there]
+        unseen = unexcited(base, self._possible(()), choice.best, absent)
+        candidates = candidates_of(hypotheses, choice, plain, floors)
         result = Diagnosis(
             "none", (), (), unseen, candidates, (), Gate((), ()), self.channels, given, base, base, floors.noise,
             floors.least, floors.reference, notes=self._notes(base),
