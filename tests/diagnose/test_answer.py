@@ -86,6 +86,13 @@ def test_a_gap_above_the_floor_that_is_the_form_is_not_said_to_be_below_it() -> 
     assert said.startswith("Nothing is missing: the gap is within the form of any friction model. Held-out error")
 
 
+def test_effects_that_close_nothing_on_held_out_runs_have_no_share() -> None:
+    said = answer(found("named", effects=("inertia",), where=()), gap(closure=-0.2, closure_least=-0.1))
+    assert said.startswith("Missing: inertia; held-out error")
+    said = answer(found("named", effects=("inertia",), where=()), gap(closure=0.4, closure_least=-0.1))
+    assert said.startswith("Inertia explains 0 to 40 % of the disagreement")
+
+
 def test_ambiguous_names_all_and_says_what_to_do() -> None:
     rivals = (candidate("delay@x_out", 0.88), candidate("sensor_lag@x_out", 0.87))
     said = answer(found("ambiguous", equivalent=(("delay", "sensor_lag"),), candidates=rivals), gap())
@@ -130,15 +137,23 @@ def test_the_channel_is_the_one_that_was_closed() -> None:
 @pytest.mark.parametrize(
     ("coordinate", "unit", "ends", "text"),
     [
-        ("distance since reversal", "m", (0.0101, 0.0202), "10 mm to 20 mm after reversals"),
+        ("distance since reversal", "m", (0.0101, 0.0202), "from 10 mm to 20 mm after reversals"),
+        ("distance since reversal", "m", (0.0101, 0.0101), "about 10 mm after reversals"),
         ("v", "rad/s", (-0.0201, 0.0199), "at speeds below 1.2 deg/s"),
         ("v", "m/s", (0.3, 3.21), "at speeds from 0.3 m/s to 3.2 m/s"),
         ("sgn v", "1", (-1.0, -1.0), "on the way back"),
+        ("sgn v", "1", (0.0, 0.0), "at rest"),
+        ("sgn v", "1", (0.0, 1.0), "on the way forth"),
         ("harmonic 2", "Hz", (0.83, 0.83), "at the second harmonic of the motion (0.83 Hz)"),
         ("even harmonics", "Hz", (0.83, 4.2), "at even harmonics of the motion"),
         ("time", "s", (0.0, 4.94), "between 0 s and 4.9 s of a run"),
         ("load", "N", (-12.0, 3.3), "at loads from -12 N to 3 N"),
         ("x", "rad", (1e-9, 0.5), "at positions from 0 deg to 29 deg"),
+        ("x", "rad", (2.2, 2.34), "at positions from 126 deg to 134 deg"),
+        ("load", "N", (1.71, 1.71), "at loads of about 1.7 N"),
+        ("dwell", "s", (0.02, 0.02), "after rests of about 0.02 s"),
+        ("time", "s", (4.0, 4.0), "at about 4 s of a run"),
+        ("frequency", "Hz", (0.83, 0.83), "at about 0.83 Hz, in step with the motion"),
     ],
 )  # fmt: skip
 def test_places_in_words(coordinate: str, unit: str, ends: tuple[float, float], text: str) -> None:

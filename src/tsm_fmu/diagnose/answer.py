@@ -26,6 +26,8 @@ ABOVE = 1.3
 """Error over the floor from which on it is said that it is above."""
 SURE = 0.8
 """A floor whose lower bound is above this part of it is one number."""
+APART = 0.01
+"""Ends of a range that differ by less than this part of the larger are one value."""
 ORDINAL = ("", "first", "second", "third", "fourth")
 
 
@@ -113,9 +115,9 @@ def errors_text(channel: str, g: Gap) -> str:
 
 def closure_text(g: Gap) -> str:
     """Share of the gap that the effects close: a range where the floor is one; empty if nothing is closed."""
-    if not g.closure:
+    if g.closure is None or g.closure <= 0.0:
         return ""
-    least, most = _percent(g.closure_least), _percent(g.closure)
+    least, most = _percent(max(g.closure_least or 0.0, 0.0)), _percent(g.closure)
     if least == most or g.closure_least is None:
         return most
     return f"{least if most == 'all' else least.removesuffix(' %')} to {most}"
@@ -132,11 +134,15 @@ def share_text(p: Place) -> str:
 def place_text(p: Place) -> str:
     """Where a place is, in words."""
     low, high = range_text(p)
-    span = f"from {low} to {high}"
+    one = low == high  # all of it at one value, or at values that look the same
+    span = f"of about {low}" if one else f"from {low} to {high}"
+    between = f"at about {low}" if one else f"between {low} and {high}"
     if p.coordinate == "distance since reversal":
-        return f"within {high} after reversals" if p.range[0] < 0.1 * p.range[1] else f"{low} to {high} after reversals"
+        if p.range[0] < 0.1 * p.range[1]:
+            return f"within {high} after reversals"
+        return f"{f'about {low}' if one else span} after reversals"
     if p.coordinate == "sgn v":
-        return "on the way forth" if p.range[0] > 0.0 else "on the way back"
+        return {1.0: "on the way forth", -1.0: "on the way back"}.get(float(np.sign(sum(p.range))), "at rest")
     if p.coordinate == "v" and abs(sum(p.range)) < 0.3 * max(np.abs(p.range)):
         return f"at speeds below {max(low.lstrip('-'), high, key=lambda t: float(t.split()[0]))}"
     if p.coordinate.startswith("harmonic "):
@@ -144,18 +150,21 @@ def place_text(p: Place) -> str:
         return f"at the {ORDINAL[number]} harmonic of the motion ({low})"
     names = {
         "x": f"at positions {span}", "v": f"at speeds {span}", "a": f"at accelerations {span}",
-        "dwell": f"after rests {span}", "time": f"between {low} and {high} of a run", "load": f"at loads {span}",
-        "drum angle": f"at drum angles {span}", "frequency": f"between {low} and {high}, in step with the motion",
+        "dwell": f"after rests {span}", "time": f"{between} of a run", "load": f"at loads {span}",
+        "drum angle": f"at drum angles {span}", "frequency": f"{between}, in step with the motion",
         "odd harmonics": "at odd harmonics of the motion", "even harmonics": "at even harmonics of the motion",
     }  # fmt: skip
     return names[p.coordinate]
 
 
 def range_text(p: Place) -> tuple[str, str]:
-    """Both ends of a place's range, to a hundredth of the larger one."""
+    """Both ends of a place's range, to a hundredth of the larger one, or as fine as it takes to tell them apart."""
     unit = display(p.unit, max(abs(p.range[0]), abs(p.range[1])))
     ends = [v * unit.factor for v in p.range]
-    step = 10.0 ** (np.floor(np.log10(max(*map(abs, ends), 1e-300))) - 1)
+    largest, apart = max(*map(abs, ends), 1e-300), abs(ends[1] - ends[0])
+    step = 10.0 ** (np.floor(np.log10(largest)) - 1)
+    if apart > APART * largest:
+        step = min(step, 10.0 ** np.floor(np.log10(apart)))
     low, high = (Display(unit.unit, 1.0)(round(v / step) * step + 0.0) for v in ends)
     return low, high
 
