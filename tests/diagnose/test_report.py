@@ -11,7 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tsm_fmu.diagnose.result import write_diagnosis
+from tsm_fmu.card import read_card
+from tsm_fmu.diagnose.report import _closed, _gaps, value_text
+from tsm_fmu.diagnose.result import Gap, write_diagnosis
 from tsm_fmu.diagnose.workflow import diagnose
 from tsm_fmu.kernel import kernel
 from tsm_fmu.record import Record
@@ -66,6 +68,57 @@ def test_the_report_holds_the_answer_and_its_evidence(written: tuple[Path, dict]
     assert f"{31:064d}" in text
 
 
+def test_freedom_in_the_card_that_is_not_the_answer_is_told(written: tuple[Path, dict]) -> None:
+    path, data = written
+    text = path.read_text(encoding="utf-8")
+    held = read_card(data["card"]).effects
+    assert set(data["places"]) <= set(held)
+    for spec in set(held) - set(data["places"]):
+        assert f"({spec})" in text.partition("its card and its FMU also hold")[2]
+    assert ("also hold" in text) == (set(held) != set(data["places"]))
+
+
+def test_a_gap_has_a_row_for_each_model_and_a_caution_where_it_does_not_carry_over() -> None:
+    g = Gap("N", 0.31, 0.04, 1.09, 0.21, 0.04, 0.009, 1.03, 0.96, (0.91, 1.02), 0.29, 1.1, 0.04)
+    section = _gaps({"F": g})
+    assert section is not None
+    assert "Caution: the error of F on the held-out runs is 5.2 times that on the measured ones" in section.text
+    (table,) = section.tables
+    assert tuple(table.heading) == ("error of F [N]", "measured", "held out")
+    rows = {name: cells for name, *cells in table.rows}
+    assert rows["model of the answer"] == [0.04, 0.21]
+    assert rows["gap closed"] == ["", "96 % to all"]
+    assert rows["the same, 90 % over runs"] == ["", "91 to 100 %"]
+    alone = Gap("N", 0.31, 0.31, None, None, 0.04, 0.04, None, None, None, 0.29, None, None)
+    section = _gaps({"F": alone})
+    assert section is not None
+    assert "Caution" not in section.text
+    assert [name for name, *_ in section.tables[0].rows] == [
+        "model as given", "refit alone", "model of the answer", "floor", "surely noise",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (0.0437, "rad", "2.5 deg"),
+        (0.038, "N/(m/s2)", "0.038 kg"),
+        (0.00328, "m", "3.28 mm"),
+        (-0.0156, "N/(m)", "-0.0156 N/m"),
+        (1.15, "1", "1.15"),
+    ],
+)
+def test_parameters_have_the_units_of_people(value: float, unit: str, text: str) -> None:
+    assert value_text(value, unit) == text
+
+
+@pytest.mark.parametrize(
+    ("share", "text"), [(None, ""), (-2.01, "worse"), (-0.001, "0 %"), (0.66, "66 %"), (1.04, "100 %")]
+)
+def test_shares_closed_are_no_odd_percentages(share: float | None, text: str) -> None:
+    assert _closed(share) == text
+
+
 def test_only_effects_without_a_place_lack_a_motion(written: tuple[Path, dict]) -> None:
     from tsm_fmu.diagnose.excitation import EXCITATION
 
@@ -73,7 +126,7 @@ def test_only_effects_without_a_place_lack_a_motion(written: tuple[Path, dict]) 
     text = path.read_text(encoding="utf-8")
     for name in data["not_excited"]:
         assert EXCITATION[name].shown_by in text or EXCITATION[name].words in text
-    assert "Without a place in LuGreFriction and these channels" in text  # no position, no load, no bending
+    assert "which have no place in LuGreFriction with these channels" in text  # no position, no load, no bending
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed (Debian package chromium)")

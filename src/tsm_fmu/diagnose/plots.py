@@ -56,8 +56,9 @@ def run_sections(found: Diagnosis) -> list[Section]:
             y = {n: (run.targets[:, c] - f.residuals[k][:, c]) * unit.factor for n, f in full.items()}
             sides = {"measured": run.targets[:, c] * unit.factor, **y}
             if motion:
-                along = display(variables[motion].quantity.unit)
-                x = run.inputs[:, [v.name for v in base.problem.kernel.inputs].index(motion)] * along.factor
+                x = run.inputs[:, [v.name for v in base.problem.kernel.inputs].index(motion)]
+                along = display(variables[motion].quantity.unit, float(abs(x).max()))
+                x = x * along.factor
                 loop = [Line(n, x, v, n == "measured") for n, v in sides.items()]
                 figures.append(
                     loop_figure(

@@ -26,9 +26,11 @@ from .answer import (
 from .candidates import possible
 from .excitation import EXCITATION, words
 from .experiment import Motion
+from .locate import Place
 from .plots import dependence_figures, experiment_figures, run_sections
 from .summary import Candidate
 from .terms import LEGEND
+from .thinning import motion_channel
 from .unknown import Hint
 from .workflow import Diagnosis
 
@@ -36,6 +38,10 @@ if TYPE_CHECKING:
     from .result import Gap
 
 MOST_PLACES = 12
+ELSEWHERE = 2.0
+"""Error on held-out runs over that on measured ones beyond which a fit does not carry over."""
+PLAIN = {"N/(m/s2)": "kg", "N.m/(rad/s2)": "kg.m2", "N/(m/s)": "N.s/m", "N.m/(rad/s)": "N.m.s/rad"}
+"""Units of effects in the form that people use."""
 
 
 def write_diagnosis_report(
@@ -70,35 +76,54 @@ def write_diagnosis_report(
 def _gaps(gap: Mapping[str, Gap]) -> Section | None:
     if not gap:
         return None
-    stages = {"as given": "before", "refitted": "refitted", "after": "after", "exported FMU": "fmu"}
-    rows = []
+    lines = [
+        "Root mean square of measured minus simulated; a refit alone has other parameter values only. The floor is "
+        "what the runs do not repeat; without repeats, what the best fit leaves and nothing in the motion predicts. "
+        "That may still hold a law: only what changes from sample to sample is surely noise.",
+        "Gap closed: share of the mean square above the floor that is gone. Where it is a range, the lower end counts "
+        "all but the sure noise as gap.",
+    ]
     for channel, g in gap.items():
-        unit = display(g.unit, max(g.before, g.floor))
-        interval = (
-            "" if g.closure_interval is None else "{:.0f} to {:.0f} %".format(*(100 * x for x in g.closure_interval))
-        )
-        held = g.holdout_before is not None
-        for runs, prefix in (("measured", ""), ("held out", "holdout_")) if held else (("measured", ""),):
-            errors = [getattr(g, prefix + field, None) for field in stages.values()]
-            closed = (closure_text(g), interval) if bool(prefix) == held else ("", "")
-            scaled = [None if x is None else _rounded(x * unit.factor) for x in (*errors, g.floor_least, g.floor)]
-            rows.append((channel, runs, unit.unit, *scaled, *closed))
-    heading = ("channel", "runs", "unit", *stages, "surely noise", "floor", "closed", "90 % over runs")
-    text = (
-        "Root mean square of measured minus simulated. Refitted: other parameter values only; after: with the effects "
-        "of the answer. The floor is what the runs do not repeat; without repeats, what the best model leaves and "
-        "nothing in the motion predicts, which may hold the form of a law too: surely noise is only what changes from "
-        "sample to sample. Closed: share of the mean square above the floor that is gone, at least (above what is "
-        "surely noise) to at most."
-    )
-    return Section("Gap", text, [Table(heading, rows)])
+        if g.holdout_after is not None and g.holdout_after > ELSEWHERE * max(g.after, g.floor):
+            lines.append(
+                f"Caution: the error of {channel} on the held-out runs is {g.holdout_after / g.after:.2g} times that "
+                "on the measured ones: the fitted model does not fully carry over to their motion."
+            )
+    return Section("Gap", "\n\n".join(lines), [_gap_table(channel, g) for channel, g in gap.items()])
+
+
+def _gap_table(channel: str, g: Gap) -> Table:
+    """Errors of one channel: a row each, so that a phone shows the whole table."""
+    unit = display(g.unit, max(g.before, g.floor))
+    held = g.holdout_before is not None
+    runs = ("measured", "held out") if held else ("measured",)
+    interval = ""
+    if g.closure_interval is not None:
+        interval = "{:.0f} to {:.0f} %".format(*(100 * min(x, 1.0) for x in g.closure_interval))
+    errors = {
+        "model as given": (g.before, g.holdout_before),
+        "refit alone": (g.refitted, g.holdout_refitted),
+        "model of the answer": (g.after, g.holdout_after),
+        "its exported FMU": (g.fmu, None),
+        "floor": (g.floor, g.floor if held else None),
+        "surely noise": (g.floor_least, g.floor_least if held else None),
+    }
+    rows: list[tuple[Any, ...]] = [
+        (name, *(None if x is None else _rounded(x * unit.factor) for x in values[: len(runs)]))
+        for name, values in errors.items()
+        if any(x is not None for x in values)
+    ]
+    for name, text in (("gap closed", closure_text(g)), ("the same, 90 % over runs", interval)):
+        if text:
+            rows.append((name, *("" for _ in runs[1:]), text))
+    return Table((f"error of {channel} [{unit.unit}]", *runs), rows)
 
 
 def _where(found: Diagnosis, hints: Sequence[Hint]) -> Section | None:
     if not found.where:
         return None
     rows = [
-        (p.channel, p.coordinate, " to ".join(range_text(p)), _percent(p.share_of_gap), _percent(p.share_of_samples),
+        (p.channel, p.coordinate, _span(p), _percent(p.share_of_gap), _percent(p.share_of_samples),
          _percent(p.explained), _percent(p.chance), "< 1e-6" if p.p <= 1e-6 else f"{p.p:.1g}",
          "yes" if p.significant else "no")
         for p in found.where[:MOST_PLACES]
@@ -124,11 +149,18 @@ def _where(found: Diagnosis, hints: Sequence[Hint]) -> Section | None:
     text = text or "The disagreement does not depend on any coordinate beyond chance."
     caption = (
         f"Residual of {whose}, most telling first. Explained: share of its variance that is a function of the "
-        "coordinate, for each direction of motion; p against noise of its colour, significant after Benjamini-Hochberg "
-        "at 5 %"
+        "coordinate, for each direction of motion; by chance: the same in noise of its colour; p: how often that noise "
+        "does as well; significant after Benjamini-Hochberg at 5 %."
     )
+    if found.given is not None and motion_channel(found.given.problem.kernel) == "v":
+        caption += " Only the speed is known: positions x count from the start of each run."
     figures = [f for h in hints for f in dependence_figures(h)]
     return Section("Where", text, [Table(heading, rows, caption)], figures)
+
+
+def _span(p: Place) -> str:
+    """Range of a place for a table: one value where both ends look the same."""
+    return place_text(p) if p.coordinate == "sgn v" else " to ".join(dict.fromkeys(range_text(p)))
 
 
 def _candidates(found: Diagnosis, gap: Mapping[str, Gap]) -> Section | None:
@@ -139,19 +171,25 @@ def _candidates(found: Diagnosis, gap: Mapping[str, Gap]) -> Section | None:
     unit = display(base_unit(found, channel), float(base.rmse[c]))
     rows: list[tuple[Any, ...]] = [("none (refit alone)", _rounded(base.rmse[c] * unit.factor), "", "", "", "", "")]
     rows += [
-        (words(r.spec), _rounded(r.fitted.rmse[c] * unit.factor), _percent(r.closure_measured),
-         _percent(r.closure_holdout), round(r.score, 1), r.spec, _values(r))
+        (words(r.spec), _rounded(r.fitted.rmse[c] * unit.factor), _closed(r.closure_measured),
+         _closed(r.closure_holdout), round(r.score, 1) + 0.0, r.spec, _values(r))
         for r in found.candidates
     ]  # fmt: skip
     error = f"error of {channel} [{unit.unit}]"
     heading = ("effect", error, "closes, measured", "closes, held out", "score", "id", "parameters")
-    caption = "Score: what it removes beyond the refit [dB of the mean square, measured and held-out runs together]"
+    caption = (
+        "Every fit but the refit alone is also free to bend the curve of friction after reversals, to shift a channel "
+        "by an offset and to delay it a little. Closes: share of the gap left by the refit alone that is gone, by "
+        "effect and freedom together. Score: what the effect itself removes beyond the freedom [dB of the mean square, "
+        "measured and held-out runs together]; about 0: nothing."
+    )
     text = "Each effect refitted together with the model: those of the answer together, the others alone."
     wrong = best_wrong(found)
-    right = next((r for r in found.candidates if r is not wrong), None)
-    if wrong is not None and right is not None and (found.effects or found.equivalent):
-        values = [unit(float(r.fitted.rmse[c])) for r in (right, wrong)]
-        text += f" Error of {channel} with {words(right.spec)}: {values[0]}; with the best of the others, "
+    if wrong is not None and found.final is not None:
+        answered = {e.partition("@")[0] for e in found.effects}.union(*found.equivalent)
+        names = [words(e) for e in found.final.effects if e.partition("@")[0] in answered]
+        values = [unit(float(f.rmse[c])) for f in (found.final, wrong.fitted)]
+        text += f" Error of {channel} with {' and '.join(names)}: {values[0]}; with the best of the others, "
         text += f"{words(wrong.spec)}: {values[1]}."
     return Section("Candidates", text, [Table(heading, rows, caption)])
 
@@ -185,10 +223,14 @@ def _not_excluded(found: Diagnosis) -> Section | None:
         elsewhere = [e for e in found.not_excited if e not in placed]
         if hidden:
             rows = [(words(e), EXCITATION[e].shown_by, e) for e in hidden]
-            tables.append(Table(("effect", "what would show it", "id"), rows, "These runs could not show"))
+            caption = "These runs could not show: too small in them, or taken up by the model's own parameters"
+            tables.append(Table(("effect", "what would show it", "id"), rows, caption))
         if elsewhere:
             model = found.final.model if found.final else "the model"
-            parts.append(f"Without a place in {model} and these channels: {', '.join(words(e) for e in elsewhere)}.")
+            parts.append(
+                f"Nothing is said of these, which have no place in {model} with these channels: "
+                f"{', '.join(words(e) for e in elsewhere)}."
+            )
     return Section("What could not be excluded", "\n\n".join(parts), tables) if parts or tables else None
 
 
@@ -215,13 +257,32 @@ def _next(found: Diagnosis, motion: Motion | None) -> Section | None:
 def _notes(found: Diagnosis) -> Section | None:
     changes = changed_parameters(found, 6) if found.verdict in ("named", "ambiguous", "parameters") else []
     parts = [f"The refit moved {', '.join(changes)}."] if changes else []
+    freedom = _freedom(found)
+    if freedom:
+        parts.append(
+            f"The model of the answer, its card and its FMU also hold {' and '.join(freedom)}: freedom of every fit, "
+            "of too little effect to be named."
+        )
     parts += [f"{n[0].upper()}{n[1:].rstrip('.')}." for n in (*found.notes, *found.gate.refused)]
-    tables = (
-        [Table(("finding",), [(n,) for n in found.gate.notes], "What the check of the data says")]
-        if found.gate.notes
-        else []
-    )
+    runs: dict[str, list[str]] = {}
+    for note in found.gate.notes:  # "run: finding"; the same of several runs is one row
+        run, _, finding = note.partition(": ")
+        runs.setdefault(finding, []).append(run)
+    rows = [(finding, ", ".join(names)) for finding, names in runs.items()]
+    tables = [Table(("finding", "runs"), rows, "What the check of the data says")] if rows else []
     return Section("Notes", "\n\n".join(parts), tables) if parts or tables else None
+
+
+def _freedom(found: Diagnosis) -> list[str]:
+    """Effects of the final model that are neither of the model as given nor of the answer, with their ids."""
+    if found.final is None or found.given is None:
+        return []
+    answered = {e.partition("@")[0] for e in found.effects}.union(*found.equivalent)
+    return [
+        f"{words(e)} ({e})"
+        for e in found.final.effects
+        if e not in found.given.effects and e.partition("@")[0] not in answered
+    ]
 
 
 def base_unit(found: Diagnosis, channel: str) -> str:
@@ -232,13 +293,24 @@ def base_unit(found: Diagnosis, channel: str) -> str:
 
 def _values(r: Candidate) -> str:
     """Parameters of a candidate with their units."""
-    units = {v.name: re.sub(r"\((\w+)\)", r"\1", v.quantity.unit) for v in r.fitted.problem.kernel.parameters}
-    own = {n: next((u for name, u in units.items() if name.endswith(f"{r.effect}.{n}")), "") for n in r.parameters}
-    return ", ".join(f"{n} = {value:.3g} {own[n]}".removesuffix(" 1").rstrip() for n, value in r.parameters.items())
+    units = {v.name: v.quantity.unit for v in r.fitted.problem.kernel.parameters}
+    own = {n: next((u for name, u in units.items() if name.endswith(f"{r.effect}.{n}")), "1") for n in r.parameters}
+    return ", ".join(f"{n} = {value_text(value, own[n])}" for n, value in r.parameters.items())
+
+
+def value_text(value: float, unit: str) -> str:
+    """A parameter as people read it: deg for rad, kg for N/(m/s2)."""
+    plain = re.sub(r"\((\w+)\)", r"\1", PLAIN.get(unit, unit))
+    return display(plain, value)(value)
 
 
 def _rounded(value: float) -> float:
     return float(f"{value:.3g}") if np.isfinite(value) else value
+
+
+def _closed(share: float | None) -> str:
+    """Share of a gap that is closed; on held-out runs a fit can also be worse than the one without it."""
+    return "worse" if share is not None and share < -0.005 else _percent(share if share is None else min(share, 1.0))
 
 
 def _percent(share: float | None) -> str:
