@@ -17,14 +17,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..identify.problem import FloatArray
+from ..identify.problem import BoolArray, FloatArray
 from .freedom import FORM_OF_EFFECT
 from .hypotheses import Hypothesis
 
 MATERIAL = 0.012
 """An effect that removes less than this part of a channel's spread is within the form of any friction model."""
 SMALLEST = 0.006
-"""The same where a hypothesis removes nearly all that is there: a wrong form of the model is not that simple."""
+"""The same where a hypothesis removes nearly all that is left: a wrong form is not that simple, so none of it is
+allowed for there either."""
 CLEAN = 0.9
 """Share of the mean square that is nearly all."""
 FORM = 0.003
@@ -109,7 +110,9 @@ def indistinct(one: Hypothesis, best: Hypothesis, plain: Hypothesis, others: Seq
     """
     spread = best.fitted.spread**2
     fewer = not one.effects or len(one.effects) < len(best.effects)  # the surplus must matter
-    limit = np.square(_material(one, best) if fewer else FORM) * spread
+    clean = _clean(one, best)
+    limit = np.square(np.where(clean, SMALLEST, MATERIAL) if fewer else FORM) * spread
+    form = np.where(clean, 0.0, FORM_OF_EFFECT)
     if fewer:
         limit = np.maximum(limit, best.fitted.task.form**2)
     nothing, nothing_held = _shared(one, best, plain, others)
@@ -119,17 +122,17 @@ def indistinct(one: Hypothesis, best: Hypothesis, plain: Hypothesis, others: Seq
     for mine, least, before, effective in pairs:
         removed = np.maximum(before - least, 0.0)
         noise = EVIDENCE * least / effective
-        if (mine - least > limit + FORM_OF_EFFECT * removed + noise).any():
+        if (mine - least > limit + form * removed + noise).any():
             return False
     return True
 
 
-def _material(one: Hypothesis, best: Hypothesis) -> FloatArray:
-    """Smallest effect that matters, by channel, as part of the spread: smaller if the best leaves next to nothing."""
+def _clean(one: Hypothesis, best: Hypothesis) -> BoolArray:
+    """Channels in which the best leaves next to nothing of what another one leaves."""
     clean = best.measured < (1.0 - CLEAN) * one.measured
     if one.held is not None and best.held is not None:
         clean &= best.held < (1.0 - CLEAN) * one.held
-    return np.where(clean, SMALLEST, MATERIAL)
+    return clean
 
 
 def _shared(

@@ -111,7 +111,10 @@ def untied(fitted: Fitted, free: Sequence[str]) -> Fitted:
     return best_of(loose, fitted.effects, [(fitted.values, fitted.own)], free, fitted.released)
 
 
-def extended(base: Fitted, screened: Screened, free: Sequence[str], plain: Start | None = None) -> Fitted:
+def extended(
+    base: Fitted, screened: Screened, free: Sequence[str], plain: Start | None = None, starts: int = 2,
+    steps: int = STEPS,
+) -> Fitted:  # fmt: skip
     """A fit with one more effect; a freedom that is there already is released: its drift varies too.
 
     Parameters
@@ -121,14 +124,20 @@ def extended(base: Fitted, screened: Screened, free: Sequence[str], plain: Start
     free : sequence of str
     plain : Start, optional
         A second place to start from: the baseline before its freedom took part of the effect.
+    starts : int
+        Shapes of the linear step to start from; one less with a second place.
+    steps : int
+        Of a refit, at most.
     """
     spec = screened.attached.spec
     base = replace(base, task=base.task.limited(screened.limits))
     effects = base.effects if spec in base.effects else (*base.effects, spec)
-    starts = [({**base.values, **values}, base.own) for values in screened.starts[: 1 if plain else 2] or [{}]]
+    shapes = screened.starts[: starts - 1 if plain else starts] or [{}]
+    places = [({**base.values, **values}, base.own) for values in shapes]
     if plain is not None and plain.values:
-        starts.append(({**base.values, **relaxed(base, free), **plain.fitted.values, **plain.values}, plain.fitted.own))
-    return best_of(base, effects, starts, free, released=(*base.released, *([spec] if spec in base.effects else [])))
+        places.append(({**base.values, **relaxed(base, free), **plain.fitted.values, **plain.values}, plain.fitted.own))
+    released = (*base.released, *([spec] if spec in base.effects else []))
+    return best_of(base, effects, places, free, released, steps)
 
 
 def relaxed(fitted: Fitted, free: Sequence[str]) -> dict[str, float]:

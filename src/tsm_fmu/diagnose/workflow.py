@@ -19,7 +19,7 @@ from .coordinates import coordinates_of
 from .floors import Floors, floors_of, open_channels
 from .freedom import Start, freed, freedoms, untied, without
 from .gate import Gate, gate
-from .hypotheses import Hypothesis, foldable, folded, hypothesis, interleaved, rivals_again, together, tried
+from .hypotheses import Hypothesis, foldable, folded, hypothesis, interleaved, probed, rivals_again, together, tried
 from .levels import Levels, coarse, with_levels
 from .locate import Place, locate
 from .passivity import sign_notes
@@ -218,6 +218,8 @@ class _Work:
                 gains = {s.attached.spec: s.gain for s in instead}
                 screened = [replace(s, gain=max(s.gain, gains[s.attached.spec])) for s in screened]
             if now.added:
+                self.said("probe of a further effect")
+                screened = probed(now.fitted, screened, now.free)
                 screened = [s for s in screened if _promises(s.gain, before)][: len(now.material) + SECOND]
             more = tried(now, screened, self.held, calm if now is start else None, starts, self.said)
             if not more:
@@ -241,7 +243,7 @@ class _Work:
             choice = chosen(found, plain)
             if len(choice.winner.effects) < len(now.added):
                 break  # one more did not help
-            if not choice.winner.material and not open_channels(choice.winner, plain.fitted, calm).any():
+            if not choice.winner.material and not open_channels(choice.winner, plain.fitted, calm, allowed=0.0).any():
                 break  # nothing is left to explain, and nothing explained by what is rather a nuisance
         return found
 
