@@ -210,6 +210,21 @@ def test_stiffening_of_another_law_is_no_ripple_of_a_drum(tmp_path: Path, seed: 
     assert said["gap"]["F"]["closure_least"] > 0.9
 
 
+def test_a_second_effect_is_looked_for_while_a_law_is_left(tmp_path: Path) -> None:
+    """A mass of a tenth of what the spring makes: within the form that a wrong law of the spring could leave."""
+
+    def spring(t: Array, x: Array, v: Array) -> Array:
+        return mass(t, x, v) + 0.31 * x**3
+
+    *runs, held = (friction_log(tmp_path / f"{k}.csv", k, spring) for k in (21, 22, 23))
+    said = diagnosed(tmp_path / "d", "LuGreFriction", runs, "--holdout", str(held))
+    assert (said["verdict"], set(said["effects"])) == ("named", {"stiffness_hardening", "inertia"})
+    card = read_card(said["card"])
+    assert card.parameters["inertia.m"].value == pytest.approx(0.041, rel=0.05)
+    assert card.parameters["stiffness_hardening.k_3"].value == pytest.approx(0.31, rel=0.08)
+    assert said["gap"]["F"]["holdout_after"] < 0.08 * said["gap"]["F"]["holdout_refitted"]
+
+
 def kink(t: Array, x: Array, v: Array) -> Array:
     """Friction only where the sheath has a kink, which no effect of the library is."""
     return 0.33 * np.exp(-(((x - np.median(x)) / 0.11) ** 2)) * np.tanh(v / 0.05)

@@ -105,6 +105,12 @@ def test_the_allowance_of_a_second_effect_is_for_what_the_second_removes() -> No
     assert indistinct(rival, best, plain)  # beside the whole gap the difference would be nothing
 
 
+@pytest.mark.parametrize(("left", "rivals"), [(0.09, 2), (0.12, 1)])
+def test_a_right_law_may_leave_something_but_no_wrong_one_then_leaves_next_to_nothing(left: float, rivals: int) -> None:
+    plain = made("", 0.9)
+    assert len(chosen([plain, made("inertia", 0.03), made("creep", left)], plain).supported) == rivals
+
+
 def test_what_removes_less_than_the_gap_on_reference_runs_corrects_the_form() -> None:
     plain, one = made("", 0.9, form=0.08), made("inertia", 0.1, form=0.08)
     for form, expected in ((0.08, ("inertia",)), (0.06, ("inertia", "creep"))):

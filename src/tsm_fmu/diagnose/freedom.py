@@ -150,12 +150,21 @@ def relaxed(fitted: Fitted, free: Sequence[str]) -> dict[str, float]:
     return found
 
 
-def without(fitted: Fitted, spec: str, free: Sequence[str]) -> Fitted:
-    """A refit with one effect less."""
+def without(fitted: Fitted, spec: str, free: Sequence[str], as_given: bool = False) -> Fitted:
+    """A refit with one effect less.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    spec : str
+    free : sequence of str
+    as_given : bool
+        Start with the parameters of the model as they were given: those of the fit may be far from where they must go.
+    """
     effects = [e for e in fitted.effects if e != spec]
-    return best_of(
-        fitted, effects, [(fitted.values, fitted.own)], free, released=[e for e in fitted.released if e != spec]
-    )
+    given = {n: fitted.task.values[n] for n in fitted.values if n in fitted.task.values} if as_given else {}
+    start = {**fitted.values, **given}, {} if as_given else fitted.own
+    return best_of(fitted, effects, [start], free, released=[e for e in fitted.released if e != spec])
 
 
 def best_of(
@@ -232,7 +241,15 @@ def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[
         if spec not in asked or float(fitted.share_of(spec).max()) < SMALL:
             continue
         less = without(fitted, spec, free)
-        removed = np.sqrt(np.maximum(less.rmse**2 - fitted.rmse**2, 0.0))
+        if not (_removed(less, fitted) > np.maximum(SMALL * fitted.spread, form)).any():
+            continue
+        less = min(less, without(fitted, spec, free, as_given=True), key=lambda f: f.cost)
+        removed = _removed(less, fitted)
         if (removed > np.maximum(SMALL * fitted.spread, form)).any():
             found[spec] = float(np.max(removed / np.maximum(fitted.spread, 1e-300))), less
     return found
+
+
+def _removed(before: Fitted, after: Fitted) -> FloatArray:
+    """RMS that is gone, by channel."""
+    return np.sqrt(np.maximum(before.rmse**2 - after.rmse**2, 0.0))

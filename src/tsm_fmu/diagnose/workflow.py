@@ -19,7 +19,17 @@ from .coordinates import coordinates_of
 from .floors import Floors, floors_of, open_channels
 from .freedom import Start, freed, freedoms, untied, without
 from .gate import Gate, gate
-from .hypotheses import Hypothesis, foldable, folded, hypothesis, interleaved, probed, rivals_again, together, tried
+from .hypotheses import (
+    Hypothesis,
+    foldable,
+    folded,
+    hypothesis,
+    interleaved,
+    probed,
+    rivals_again,
+    together,
+    tried,
+)
 from .levels import Levels, coarse, with_levels
 from .locate import Place, locate
 from .passivity import sign_notes
