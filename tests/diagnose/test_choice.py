@@ -93,15 +93,15 @@ def test_rivals_that_differ_on_held_out_runs_are_told_apart() -> None:
 
 def test_two_effects_only_where_one_leaves_clearly_more() -> None:
     plain, one = made("", 0.31), made("inertia", 0.04)
-    slightly, clearly = made("inertia creep", 0.0399), made("inertia creep", 0.011)
+    slightly, clearly = made("inertia stribeck", 0.0399), made("inertia stribeck", 0.011)
     assert names(chosen([plain, one, slightly], plain)) == [("inertia",)]
-    assert names(chosen([plain, one, clearly], plain)) == [("inertia", "creep")]
+    assert names(chosen([plain, one, clearly], plain)) == [("inertia", "stribeck")]
 
 
 def test_the_allowance_of_a_second_effect_is_for_what_the_second_removes() -> None:
     plain, one = made("", 0.9), made("inertia", 0.1)
-    best, rival = made("inertia creep", 0.031), made("inertia delay", 0.045)
-    assert names(chosen([plain, one, best, rival], plain)) == [("inertia", "creep")]
+    best, rival = made("inertia stribeck", 0.031), made("inertia delay", 0.045)
+    assert names(chosen([plain, one, best, rival], plain)) == [("inertia", "stribeck")]
     assert indistinct(rival, best, plain)  # beside the whole gap the difference would be nothing
 
 
@@ -111,10 +111,18 @@ def test_a_right_law_may_leave_something_but_no_wrong_one_then_leaves_next_to_no
     assert len(chosen([plain, made("inertia", 0.03), made("creep", left)], plain).supported) == rivals
 
 
+@pytest.mark.parametrize(("left", "expected"), [(0.05, ("thermal",)), (0.02, ("thermal", "wear"))])
+def test_what_hides_behind_a_named_effect_must_leave_next_to_nothing(left: float, expected: tuple) -> None:
+    plain, one, both = made("", 0.4), made("thermal", 0.1), made("thermal wear", left)
+    assert names(chosen([plain, one, both], plain)) == [expected]
+    other = made("thermal inertia", left)  # does not hide behind it
+    assert names(chosen([plain, one, other], plain)) == [("thermal", "inertia")]
+
+
 def test_what_removes_less_than_the_gap_on_reference_runs_corrects_the_form() -> None:
     plain, one = made("", 0.9, form=0.08), made("inertia", 0.1, form=0.08)
-    for form, expected in ((0.08, ("inertia",)), (0.06, ("inertia", "creep"))):
-        both = made("inertia creep", without(0.07, 0.1), form=form)
+    for form, expected in ((0.08, ("inertia",)), (0.06, ("inertia", "stribeck"))):
+        both = made("inertia stribeck", without(0.07, 0.1), form=form)
         assert names(chosen([plain, one, both], plain)) == [expected]
 
 

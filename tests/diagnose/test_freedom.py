@@ -138,3 +138,20 @@ def test_small_zeros_are_hardly_drawn_together(rig: Rig, known: dict[str, float]
     zeros = np.array([0.0041, -0.0033])
     base = fitted([shifted(rig(seed), by) for seed, by in zip((63, 64), zeros, strict=True)], known)
     assert np.ptp(freed(base, FREE).own["F.offset_drift.b"]) > 0.5 * np.ptp(zeros)
+
+
+def test_a_zero_beside_a_friction_that_depends_on_the_direction_is_no_second_effect(
+    rig: Rig, known: dict[str, float]
+) -> None:
+    """In sliding both are a constant: which of them holds it is the form of a law, unless nothing else is left."""
+    base = fitted([shifted(rig(65), 0.05), shifted(rig(66), 0.05)], known)
+    free = freed(base, FREE)
+    assert set(material(free, FREE, FREE)) == {"offset_drift@F"}
+    values = {**free.values, "direction_asymmetry.df": 0.004}
+    beside = refit(free.task, (*free.effects, "direction_asymmetry"), values, own=free.own, steps=1)
+    loud = replace(beside, problem=replace(beside.problem, runs=[noisy(r) for r in beside.problem.runs]))
+    assert "offset_drift@F" not in material(loud, FREE, FREE)
+
+
+def noisy(run: FitRun) -> FitRun:
+    return replace(run, targets=run.targets + 0.05 * np.random.default_rng(9).normal(size=run.targets.shape))

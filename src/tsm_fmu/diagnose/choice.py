@@ -18,16 +18,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..identify.problem import BoolArray, FloatArray
-from .freedom import FORM_OF_EFFECT
+from .freedom import CLEAN, FORM_OF_EFFECT
 from .hypotheses import Hypothesis
+from .lookalikes import looks_like
 
 MATERIAL = 0.012
 """An effect that removes less than this part of a channel's spread is within the form of any friction model."""
 SMALLEST = 0.006
 """The same where a hypothesis removes nearly all that is left: a wrong form is not that simple, so none of it is
 allowed for there either."""
-CLEAN = 0.9
-"""Share of the mean square that is nearly all."""
 FORM = 0.003
 """Difference between two fits, as part of the spread, that says nothing about which is right."""
 EVIDENCE = 8.0
@@ -67,10 +66,24 @@ def chosen(hypotheses: Sequence[Hypothesis], plain: Hypothesis) -> Choice:
         The baseline without that freedom: what is removed is counted from it.
     """
     best = min(hypotheses, key=left)
-    alike = [h for h in hypotheses if indistinct(h, best, plain, hypotheses)]
+    told = stripped(best, hypotheses)
+    alike = [h for h in hypotheses if indistinct(h, told, plain, hypotheses)]
     fewest = min(len(h.effects) for h in alike)
     supported = sorted((h for h in alike if len(h.effects) == fewest), key=left)
     return Choice(best, tuple(h for h in supported if not any(dominated(h, other) for other in supported)))
+
+
+def stripped(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> Hypothesis:
+    """The best hypothesis without what hides behind its other effects: that corrects the form of their laws.
+
+    Unless next to nothing is left with it, which no such correction does.
+    """
+
+    def corrected(one: Hypothesis) -> bool:
+        mine, whole = set(one.effects), set(best.effects)
+        return mine < whole and all(looks_like(s, mine) for s in whole - mine) and not _clean(one, best).any()
+
+    return min((h for h in hypotheses if corrected(h)), key=left, default=best)
 
 
 def dominated(one: Hypothesis, other: Hypothesis) -> bool:

@@ -86,9 +86,7 @@ def floors_of(choice: Choice, base: Fitted, calm: Fitted | None, stepped: Sequen
     return Floors(noise, least, None if calm is None else calm.rmse, unexplained)
 
 
-def open_channels(
-    one: Hypothesis, base: Fitted, calm: Fitted | None, stepped: Sequence[str] = (), allowed: float = FORM_OF_EFFECT
-) -> BoolArray:
+def open_channels(one: Hypothesis, base: Fitted, calm: Fitted | None, stepped: Sequence[str] = ()) -> BoolArray:
     """Channels in which a hypothesis leaves something to explain.
 
     Parameters
@@ -100,12 +98,10 @@ def open_channels(
         Baseline on reference runs.
     stepped : sequence of str
         Channels of few levels: what is between two levels wanders, and is no gap.
-    allowed : float
-        Share of what was removed that the form of a law may leave.
     """
     fitted = one.fitted
     mean_square, spread = fitted.rmse**2, fitted.spread
-    form = allowed * np.maximum(base.rmse**2 - mean_square, 0.0)
+    form = FORM_OF_EFFECT * np.maximum(base.rmse**2 - mean_square, 0.0)
     share = predictable_share(fitted.residuals, places_of(fitted))
     lawful = (share > STRUCTURE) & (share * mean_square > np.maximum((MATERIAL * spread) ** 2, form))
     white = np.minimum(white_noise(fitted) ** 2, mean_square)

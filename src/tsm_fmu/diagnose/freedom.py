@@ -18,6 +18,7 @@ from ..kernel import kernel
 from ..models.contract import InputError
 from .candidates import Screened, screen
 from .descent import STEPS
+from .lookalikes import looks_like
 from .response import public, sizes_of
 from .study import Fitted, Task, refit
 
@@ -27,6 +28,8 @@ SMALL = 0.015
 """A freedom is an effect of its own if what it removes is more than this part of a channel's spread."""
 FORM_OF_EFFECT = 0.03
 """Share of what the best hypothesis removes that a right one may leave, because its law is not quite the true one."""
+CLEAN = 0.9
+"""Share of the mean square that is nearly all: no wrong form is that simple."""
 RELAXED = 0.1
 FIRST = 5
 """Steps of a refit from each of several starts; the best is then refitted on."""
@@ -245,6 +248,9 @@ def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[
             continue
         less = min(less, without(fitted, spec, free, as_given=True), key=lambda f: f.cost)
         removed = _removed(less, fitted)
+        clean = (fitted.rmse**2 < (1.0 - CLEAN) * less.rmse**2).any()
+        if looks_like(spec, [e for e in fitted.effects if e not in free]) and not clean:
+            continue  # beside what it hides behind it corrects the form of a law
         if (removed > np.maximum(SMALL * fitted.spread, form)).any():
             found[spec] = float(np.max(removed / np.maximum(fitted.spread, 1e-300))), less
     return found

@@ -253,7 +253,7 @@ class _Work:
             choice = chosen(found, plain)
             if len(choice.winner.effects) < len(now.added):
                 break  # one more did not help
-            if not choice.winner.material and not open_channels(choice.winner, plain.fitted, calm, allowed=0.0).any():
+            if not choice.winner.material and not open_channels(choice.winner, plain.fitted, calm).any():
                 break  # nothing is left to explain, and nothing explained by what is rather a nuisance
         return found
 
