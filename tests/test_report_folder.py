@@ -24,7 +24,7 @@ def test_the_page_has_the_numbers_of_every_kind(tmp_path, capsys):
     write_record(tmp_path / "result.incomplete.csv", time, {"x_out": 3.719 * time}, {"x_out": "rad"})
     points = [Point({"load.k": 0.25}, {"x.mean [rad]": 6.1853}), Point({"load.k": 0.75}, {}, "the belt slipped")]
     write_sweep(tmp_path, "belt", [Axis("load.k", "N.m/rad", (0.25, 0.75))], points)
-    gap = {"verdict": "named", "effects": ["creep"], "gap": {"x_out": {"before": 0.4127}}}
+    gap = {"verdict": "named", "effects": ["creep"], "gap": {"x_out": {"unit": "rad", "before": 0.4127}}}
     (tmp_path / "diagnosis.json").write_text(json.dumps(gap), encoding="utf-8")
     (tmp_path / "note.txt").write_text("x")
     before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}

@@ -57,6 +57,12 @@ def test_the_report_holds_the_answer_and_its_evidence(written: tuple[Path, dict]
     headings = re.findall(r"<h2>(.*?)</h2>", text)
     assert headings[:3] == ["Gap", "Where", "Candidates"]
     assert headings[-1] == "Provenance"
+    assert "Parameters" in headings
+    answers = read_card(data["card"]).parameters
+    for name in ("F_c", "inertia.m"):
+        row = re.search(rf"<td[^>]*>{name}</td>(.*?)</tr>", text, re.DOTALL)
+        assert row is not None
+        assert f">{float(f'{answers[name].value:.3g}'):.5g}<" in row[1]
     assert "Run run &lt;31&gt;" in headings
     gap = data["gap"]["F"]
     for field in ("before", "refitted", "after", "holdout_before", "holdout_refitted", "holdout_after", "floor"):

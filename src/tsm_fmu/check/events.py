@@ -18,7 +18,7 @@ from scipy.ndimage import median_filter
 
 from ..quantisation import quantisation_step
 from ..record import Record
-from .finding import Finding, finding, shown
+from .finding import Finding, finding, rows_text, shown
 
 __all__ = ["Event", "check_events", "events"]
 
@@ -120,7 +120,7 @@ def _finding(record: Record, group: list[tuple[str, Event]], window: int, positi
         "jump": f"{moved} {where} and stays there: a jump, as of {sudden}",
         "disturbance": f"{moved} {where} away from the motion around it, once in the run: a disturbance",
     }[kind]
-    rows = f" (rows {record.row(first)} to {record.row(last)})"
+    rows = f" ({rows_text(record, first, last)})"
     return finding(record, kind, ", ".join(sizes), 0 if early else first, last, what + rows)
 
 

@@ -44,6 +44,12 @@ def finding(record: Record, kind: str, channel: str, first: int, last: int, text
     return Finding(kind, channel, float(record.time[first]), float(record.time[last]), rows, text)
 
 
+def rows_text(record: Record, first: int, last: int) -> str:
+    """Rows of the log from one sample to another, both included, in words."""
+    one, other = record.row(first), record.row(last)
+    return f"row {one}" if one == other else f"rows {one} to {other}"
+
+
 def shown(value: float, unit: str) -> str:
     """A number in the unit that people read: deg for rad, mm for m, also in rad/s and the like."""
     return display(unit)(value, 4)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..record import Record
-from .finding import Finding, finding, shown
+from .finding import Finding, finding, rows_text, shown
 
 __all__ = ["check_clipping", "check_quantisation", "check_stuck"]
 
@@ -94,7 +94,7 @@ def check_stuck(record: Record, name: str, moving: list[str]) -> list[Finding]:
     while_moving = f" while another position moves over {100 * travel:.0f} % of its range" if travel > _MOVES else ""
     text = (
         f"{name} repeats {shown(float(x[first]), record.units[name])} exactly from {record.time[first]:.3f} to "
-        f"{record.time[last]:.3f} s{while_moving} (rows {record.row(first)} to {record.row(last)}): "
+        f"{record.time[last]:.3f} s{while_moving} ({rows_text(record, first, last)}): "
         "stuck sensor or lost link"
     )
     return [finding(record, "stuck", name, first, last, text)]

@@ -63,7 +63,7 @@ def write_diagnosis_report(
     """
     made = [
         _gaps(gap), _where(found, hints), _candidates(found, gap), _formulas(found, hints), *run_sections(found),
-        _not_excluded(found), _next(found, motion), _notes(found),
+        _not_excluded(found), _next(found, motion), _parameters(found), _notes(found),
     ]  # fmt: skip
     model = found.final.model if found.final else ""
     sources = (
@@ -252,6 +252,23 @@ def _next(found: Diagnosis, motion: Motion | None) -> Section | None:
         f"by {motion.separation:.2g} times the floor."
     )
     return Section("Next experiment", text, figures=experiment_figures(found.final.problem.kernel, motion))
+
+
+def _parameters(found: Diagnosis) -> Section | None:
+    """Values of the model as given, refitted, and of the answer's model."""
+    fits = [f for f in (found.given, found.baseline, found.final) if f is not None]
+    if len(fits) < 3:
+        return None
+    values = [f.values for f in fits]
+    declared = {v.name: v for f in fits for v in f.problem.kernel.parameters}
+    rows = [
+        (name, *("" if name not in v else _rounded(v[name]) for v in values), v_.quantity.unit, v_.quantity.meaning)
+        for name, v_ in declared.items()
+    ]
+    text = "Of what each run has of its own, the mean over the runs; the card has the value of each run."
+    return Section(
+        "Parameters", text, [Table(("parameter", "as given", "refitted", "answer", "unit", "meaning"), rows)]
+    )
 
 
 def _notes(found: Diagnosis) -> Section | None:

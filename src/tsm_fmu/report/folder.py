@@ -110,8 +110,13 @@ def _run(path: Path) -> Section:
 
 def _diagnosis(path: Path) -> Section:
     def section(data: Mapping[str, Any]) -> Section:
-        gaps = [(channel, name, value) for channel, gap in data["gap"].items() for name, value in gap.items()]
+        gaps = [
+            (channel, name.replace("_", " "), value, "" if "closure" in name else gap["unit"])
+            for channel, gap in data["gap"].items()
+            for name, value in gap.items()
+            if name not in ("unit", "closure_interval") and value is not None
+        ]
         text = data.get("answer") or f"Verdict {data['verdict']}: {', '.join(data['effects']) or 'no effect'}."
-        return Section("Diagnosis", text, (Table(("channel", "quantity", "value"), gaps),))
+        return Section("Diagnosis", text, (Table(("channel", "quantity", "value", "unit"), gaps),))
 
     return _read(path, section)
