@@ -132,6 +132,9 @@ def test_of_equals_the_one_that_needs_more_parameters_is_dropped() -> None:
     assert dominated(many, few)
     assert not dominated(few, many)
     assert names(chosen([plain, many, few], plain)) == [("inertia",)]
+    hidden = made("creep", 0.03, parameters=9)
+    assert not dominated(hidden, few)
+    assert len(chosen([plain, hidden, few], plain).supported) == 2  # a set: each hides behind the other
     better = made("acceleration_branches", 0.0297, parameters=9)
     assert not dominated(better, few)
     assert len(chosen([plain, better, few], plain).supported) == 2

@@ -87,8 +87,13 @@ def stripped(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> Hypothesis:
 
 
 def dominated(one: Hypothesis, other: Hypothesis) -> bool:
-    """Whether another hypothesis leaves no more with fewer parameters, but for what noise and rounding make of it."""
+    """Whether another hypothesis leaves no more with fewer parameters, but for what noise and rounding make of it.
+
+    Of two effects that hide behind each other the number of parameters does not tell which is there.
+    """
     if len(other.fitted.problem.shared) >= len(one.fitted.problem.shared):
+        return False
+    if any(looks_like(spec, other.effects) for spec in one.effects):
         return False
     pairs = [(one.measured, other.measured, one.effective)]
     if one.held is not None and other.held is not None:
