@@ -126,6 +126,7 @@ def test_a_kernel_from_elsewhere_is_never_taken_from_disk(tmp_path: Path) -> Non
     mine.write_text(MINE.replace("v * dt *", "9 * dt *"), encoding="utf-8")
     os.utime(mine, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
     assert moved() == [0.0, 9 * 0.1, 9 * 0.1 + 9 * (0.3 - 0.1)]
+    assert not list(tmp_path.rglob("loop_*.py"))  # nor written there, where its name may be that of one of ours
 
 
 def test_old_forms_go_and_used_ones_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -74,6 +74,11 @@ def _module(name: str, source: str) -> ModuleType:
     return module
 
 
+def id_of(spec: str) -> str:
+    """Id of an effect given as ``id`` or ``id@channel``."""
+    return spec.partition("@")[0]
+
+
 def attach(base: Kernel, text: str) -> Attached:
     """Read ``id`` or ``id@channel`` and check that the effect can be there."""
     name, _, channel = text.partition("@")

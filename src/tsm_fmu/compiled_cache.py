@@ -86,19 +86,18 @@ def module(package: ModuleType, name: str, text: str) -> ModuleType | None:
     return importlib.import_module(f"{package.__name__}.{name}")
 
 
+def own(module: str) -> bool:
+    """Whether functions of a module, by its full name, may be kept: of our kernels, and found by another process."""
+    return module.startswith(OWN) and module in sys.modules
+
+
 @contextmanager
 def kept(module: str) -> Iterator[bool]:
-    """A module's functions decorated inside are kept in the folder; False if they cannot be.
-
-    Parameters
-    ----------
-    module : str
-        Its full name. Only our own kernels are kept, and only where another process can import the module by its name.
-    """
+    """A module's functions decorated inside are kept in the folder; False if they cannot be."""
     from numba import config
 
     place = folder()
-    if place is None or not module.startswith(OWN) or module not in sys.modules:
+    if place is None or not own(module):
         yield False
         return
     before = getattr(config, SETTING)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .compiled_cache import kept, written
+from .compiled_cache import kept, own, written
 from .models import MODELS
 from .models.contract import InputError, Preset, Variable, check_bounds, variables
 
@@ -214,7 +214,8 @@ def _runner(module: ModuleType, start: Any, step: Any) -> Any:
         f"{store.format(indent='        ', k='k')}\n"
     )
     names: dict[str, Any] = {"__name__": module.__name__, "Inputs": module.Inputs, "start": start, "step": step}
-    file = written(f"loop_{module.__name__.rpartition('.')[2]}", source)
+    name = f"loop_{module.__name__.rpartition('.')[2]}"
+    file = written(name, source) if own(module.__name__) else f"<{name}>"
     exec(compile(source, file, "exec"), names)  # noqa: S102  our own text, no input in it
     return names["run"]
 

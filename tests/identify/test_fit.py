@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+import rig
 from scipy.optimize import least_squares
 
 from tsm_fmu.identify.fit import Fit, fit
@@ -17,12 +16,6 @@ from tsm_fmu.identify.specification import fit_parameters, per_run_fields
 from tsm_fmu.kernel import kernel
 from tsm_fmu.models import MODELS
 from tsm_fmu.models.contract import InputError
-
-_spec = importlib.util.spec_from_file_location("rig", Path(__file__).with_name("rig.py"))
-assert _spec is not None
-assert _spec.loader is not None
-rig = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(rig)
 
 BACKLASH = kernel("PairedTsmBacklash")
 STEP = 2.0 * math.pi / 4000.0

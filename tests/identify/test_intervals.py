@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import math
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import lmfit
 import numpy as np
 import pytest
+import rig
 from scipy.stats import chi2
 
 from tsm_fmu.cli.app import run as run_command
@@ -21,12 +21,6 @@ from tsm_fmu.identify.specification import fit_parameters, per_run_fields
 from tsm_fmu.kernel import kernel
 from tsm_fmu.models.contract import InputError
 from tsm_fmu.record import write_record
-
-_spec = importlib.util.spec_from_file_location("rig", Path(__file__).with_name("rig.py"))
-assert _spec is not None
-assert _spec.loader is not None
-rig = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(rig)
 
 BACKLASH = kernel("PairedTsmBacklash")
 

@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+import rig
 
 from tsm_fmu.identify.fit import fit
 from tsm_fmu.identify.problem import FitRun
 from tsm_fmu.identify.residuals import noise_floor, residual_tests
 from tsm_fmu.identify.specification import fit_parameters, per_run_fields
 from tsm_fmu.kernel import kernel
-
-_spec = importlib.util.spec_from_file_location("rig", Path(__file__).with_name("rig.py"))
-assert _spec is not None
-assert _spec.loader is not None
-rig = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(rig)
 
 BACKLASH = kernel("PairedTsmBacklash")
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+import rig
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
@@ -21,12 +21,6 @@ from tsm_fmu.identify.specification import fit_parameters, per_run_fields
 from tsm_fmu.kernel import kernel
 from tsm_fmu.models.contract import InputError
 from tsm_fmu.record import write_record
-
-_spec = importlib.util.spec_from_file_location("rig", Path(__file__).with_name("rig.py"))
-assert _spec is not None
-assert _spec.loader is not None
-rig = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(rig)
 
 DELAY = 0.0137
 OFFSETS = {"a": -1.2617, "b": 0.3119}

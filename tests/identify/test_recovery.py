@@ -7,25 +7,18 @@ tell is free (but for Bouc-Wen, whose sets coincide); what is fixed, and why, st
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
+import rig
 from scipy.integrate import solve_ivp
 
 from tsm_fmu.identify.fit import Fit, fit
 from tsm_fmu.identify.problem import FitRun
 from tsm_fmu.identify.specification import fit_parameters
 from tsm_fmu.kernel import kernel
-
-_spec = importlib.util.spec_from_file_location("rig", Path(__file__).with_name("rig.py"))
-assert _spec is not None
-assert _spec.loader is not None
-rig = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(rig)
 
 Array = np.ndarray
 SHORT, LONG = (np.arange(0.0, seconds, 1.0 / rig.RATE) for seconds in (8.0, 24.0))

@@ -8,24 +8,17 @@ bending radii (L/EA and mu L/R are all that acts), the switches, and the layers,
 
 from __future__ import annotations
 
-import importlib.util
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
+import rig
 from lebus_finite_elements import Chain
 
 from tsm_fmu.identify.fit import Fit, fit
 from tsm_fmu.identify.problem import FitRun
 from tsm_fmu.identify.specification import fit_parameters
 from tsm_fmu.kernel import kernel
-
-_spec = importlib.util.spec_from_file_location("rig", Path(__file__).with_name("rig.py"))
-assert _spec is not None
-assert _spec.loader is not None
-rig = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(rig)
 
 K = kernel("LebusTransmission")
 LENGTH, BEND = 1.43, 0.217

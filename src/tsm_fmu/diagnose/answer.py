@@ -188,9 +188,8 @@ def changed_parameters(found: Diagnosis, most: int = 3) -> list[str]:
 
 def best_wrong(found: Diagnosis) -> Candidate | None:
     """The best candidate that the answer does not hold: how good a wrong name would look."""
-    inside = {e.partition("@")[0] for e in found.effects} | {e for ids in found.equivalent for e in ids}
-    others = [c for c in found.candidates if c.effect not in inside]
-    return min(others, key=_error, default=None) if inside else None
+    others = [c for c in found.candidates if c.effect not in found.answered]
+    return min(others, key=_error, default=None) if found.answered else None
 
 
 def _error(c: Candidate) -> float:

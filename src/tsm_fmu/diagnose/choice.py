@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..identify.problem import BoolArray, FloatArray
-from .freedom import CLEAN, FORM_OF_EFFECT
+from .freedom import FORM_OF_EFFECT, nearly_gone
 from .hypotheses import Hypothesis
 from .lookalikes import looks_like
 
@@ -147,9 +147,9 @@ def indistinct(one: Hypothesis, best: Hypothesis, plain: Hypothesis, others: Seq
 
 def _clean(one: Hypothesis, best: Hypothesis) -> BoolArray:
     """Channels in which the best leaves next to nothing of what another one leaves."""
-    clean = best.measured < (1.0 - CLEAN) * one.measured
+    clean = nearly_gone(one.measured, best.measured)
     if one.held is not None and best.held is not None:
-        clean &= best.held < (1.0 - CLEAN) * one.held
+        clean &= nearly_gone(one.held, best.held)
     return clean
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..chain import attach
-from ..identify.problem import FloatArray
+from ..identify.problem import BoolArray, FloatArray
 from ..kernel import kernel
 from ..models.contract import InputError
 from .candidates import Screened, screen
@@ -248,8 +248,8 @@ def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[
             continue
         less = min(less, without(fitted, spec, free, as_given=True), key=lambda f: f.cost)
         removed = _removed(less, fitted)
-        clean = (fitted.rmse**2 < (1.0 - CLEAN) * less.rmse**2).any()
-        if looks_like(spec, [e for e in fitted.effects if e not in free]) and not clean:
+        added = [e for e in fitted.effects if e not in free]
+        if looks_like(spec, added) and not nearly_gone(less.rmse**2, fitted.rmse**2).any():
             continue  # beside what it hides behind it corrects the form of a law
         if (removed > np.maximum(SMALL * fitted.spread, form)).any():
             found[spec] = float(np.max(removed / np.maximum(fitted.spread, 1e-300))), less
@@ -259,3 +259,8 @@ def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[
 def _removed(before: Fitted, after: Fitted) -> FloatArray:
     """RMS that is gone, by channel."""
     return np.sqrt(np.maximum(before.rmse**2 - after.rmse**2, 0.0))
+
+
+def nearly_gone(before: FloatArray, after: FloatArray) -> BoolArray:
+    """Channels in which next to nothing of a mean square is left."""
+    return after < (1.0 - CLEAN) * before

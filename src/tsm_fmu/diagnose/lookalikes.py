@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import combinations
 
+from ..chain import id_of
+
 FAMILIES = (
     ("inertia", "stiffness_hardening", "creep"), ("delay", "sensor_lag"), ("delay", "backlash"),
     ("backlash", "tendon_elasticity"), ("backlash", "presliding_shape"), ("offset_drift", "direction_asymmetry"),
@@ -19,5 +21,4 @@ PAIRS = frozenset(frozenset(pair) for family in FAMILIES for pair in combination
 
 def looks_like(spec: str, others: Iterable[str]) -> bool:
     """Whether an effect hides behind one of others; each as ``id`` or ``id@channel``."""
-    name = spec.partition("@")[0]
-    return any(frozenset((name, other.partition("@")[0])) in PAIRS for other in others)
+    return any(frozenset((id_of(spec), id_of(other))) in PAIRS for other in others)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import __version__
+from ..chain import id_of
 from ..display import display
 from ..report import Section, Table, write_report
 from .answer import (
@@ -186,8 +187,7 @@ def _candidates(found: Diagnosis, gap: Mapping[str, Gap]) -> Section | None:
     text = "Each effect refitted together with the model: those of the answer together, the others alone."
     wrong = best_wrong(found)
     if wrong is not None and found.final is not None:
-        answered = {e.partition("@")[0] for e in found.effects}.union(*found.equivalent)
-        names = [words(e) for e in found.final.effects if e.partition("@")[0] in answered]
+        names = [words(e) for e in found.final.effects if id_of(e) in found.answered]
         values = [unit(float(f.rmse[c])) for f in (found.final, wrong.fitted)]
         text += f" Error of {channel} with {' and '.join(names)}: {values[0]}; with the best of the others, "
         text += f"{words(wrong.spec)}: {values[1]}."
@@ -294,11 +294,10 @@ def _freedom(found: Diagnosis) -> list[str]:
     """Effects of the final model that are neither of the model as given nor of the answer, with their ids."""
     if found.final is None or found.given is None:
         return []
-    answered = {e.partition("@")[0] for e in found.effects}.union(*found.equivalent)
     return [
         f"{words(e)} ({e})"
         for e in found.final.effects
-        if e not in found.given.effects and e.partition("@")[0] not in answered
+        if e not in found.given.effects and id_of(e) not in found.answered
     ]
 
 

@@ -94,7 +94,7 @@ def write_diagnosis(
     data = {
         "verdict": found.verdict,
         "answer": answer(found, gap, seen),
-        "effects": [e.partition("@")[0] for e in found.effects],
+        "effects": found.ids,
         "places": list(found.effects),
         "equivalent": [list(ids) for ids in found.equivalent],
         "not_excited": list(found.not_excited),

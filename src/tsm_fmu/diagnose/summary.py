@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..chain import id_of
 from ..identify.problem import FloatArray
 from .choice import Choice, left
 from .floors import Floors
@@ -43,7 +44,7 @@ class Candidate:
 
     @property
     def effect(self) -> str:
-        return self.spec.partition("@")[0]
+        return id_of(self.spec)
 
 
 def candidates_of(

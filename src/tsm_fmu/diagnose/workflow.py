@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..chain import id_of
 from ..chain_source import Attached
 from ..effects import EFFECTS
 from ..identify.problem import FitRun, FloatArray
@@ -101,6 +102,16 @@ class Diagnosis:
     holdout: Sequence[FitRun] = ()
     notes: tuple[str, ...] = ()
 
+    @property
+    def ids(self) -> list[str]:
+        """Ids of the named effects, in the order added."""
+        return [id_of(spec) for spec in self.effects]
+
+    @property
+    def answered(self) -> set[str]:
+        """Ids that the answer holds: named, or in a set."""
+        return {*self.ids}.union(*self.equivalent)
+
 
 def diagnose(
     model: Kernel, measured: Sequence[Record], *, values: Mapping[str, float] | None = None, preset: str | None = None,
@@ -183,7 +194,7 @@ class _Work:
             plain, *hypotheses = together(folded, [plain, start, *best])
         choice, levels = chosen(hypotheses, plain), coarse(self.runs, self.channels, base.spread)
         floors = floors_of(choice, base, calm, [one.channel for one in levels])
-        there = {spec.partition("@")[0] for spec in self.effects}
+        there = {id_of(spec) for spec in self.effects}
         absent = [m.NAME for m in EFFECTS if m.NAME not in there]
         unseen = unexcited(base, self._possible(()), choice.best, absent)
         candidates = candidates_of(hypotheses, choice, plain, floors)
@@ -278,11 +289,11 @@ class _Work:
         assert result.final is not None
         notes = (*result.notes, *sign_notes(result.final))
         result = replace(result, not_excited=unseen, equivalent=(rest,) if rest else (), notes=notes)
-        common += [one.spec.partition("@")[0] for one in levels]
+        common += [id_of(one.spec) for one in levels]
         if not common:
             return replace(result, verdict="ambiguous")
         every = (*winner.effects, *(one.spec for one in levels))
-        named = tuple(spec for spec in every if spec.partition("@")[0] in common)
+        named = tuple(spec for spec in every if id_of(spec) in common)
         return replace(result, verdict="named", effects=named)
 
     def _without_effect(self, result: Diagnosis, winner: Hypothesis, plain: Hypothesis) -> Diagnosis:
@@ -335,9 +346,9 @@ class _Work:
 
 
 def _ids(one: Hypothesis) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(spec.partition("@")[0] for spec in one.effects))
+    return tuple(dict.fromkeys(id_of(spec) for spec in one.effects))
 
 
 def _promises(gain: float, fitted: Fitted) -> bool:
-    """Whether one linear step takes enough of what is left to matter."""
+    """Whether a candidate takes enough of what is left to matter, by its linear step or its probe."""
     return bool((np.sqrt(-np.expm1(-gain)) * fitted.rmse > MATERIAL * fitted.spread).any())
