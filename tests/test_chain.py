@@ -99,6 +99,9 @@ def test_units_of_an_effect_follow_what_it_acts_on():
     assert units["viscous.f_v"] == "N.m/(rad/s)"
     assert units["x_out.tendon_elasticity.compliance"] == "rad/(N.m)"
     assert units["tau_in.offset_drift.c"] == "N.m/s"
+    for model, unit in (("TendonDrive", "rad"), ("SingleTsmDahl", "m")):
+        found = {v.name: v.quantity.unit for v in chain(model, ("coulomb",)).parameters}
+        assert found["motion.x_pre"] == unit
 
 
 def test_a_measured_sheath_angle_becomes_an_input():

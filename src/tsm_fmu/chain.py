@@ -30,7 +30,7 @@ from .effects.coordinates import Motion
 from .kernel import Kernel, kernel
 from .models.contract import InputError
 
-SIGNALS = ("y", *Motion._fields, "load", "drive", "bend")
+SIGNALS = ("y", *Motion._fields, "x_pre", "load", "drive", "bend")
 """What an effect may ask for in its Inputs."""
 
 

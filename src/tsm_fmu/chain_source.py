@@ -133,7 +133,7 @@ class Writer:
 
     def _own_motion_parameter(self, field: str) -> bool:
         """Tell whether the chain declares a parameter of the coordinates: used, and not the model's already."""
-        used = {"x_pre": {"z"}, "tau_v": {"v", "a"}, "tau_a": {"a"}}[field] & self.needs
+        used = {"x_pre": {"z", "x_pre"}, "tau_v": {"v", "a"}, "tau_a": {"a"}}[field] & self.needs
         measured = {"x_pre": False, "tau_v": not self.position, "tau_a": "a" in self.inputs and not self.position}[
             field
         ]
@@ -146,6 +146,7 @@ class Writer:
 
     def _call(self, kind: str, number: int, a: Attached, y: str, load: str) -> str:
         signals = {"y": y, "x": "m.x", "v": "m.v", "a": "m.a", "s": "m.s", "z": "m.z", "load": load, "bend": "u.Theta"}
+        signals["x_pre"] = self._motion_parameter("x_pre")
         signals["drive"] = f"{'u' if self.drive in self.inputs else 'o'}.{self.drive}" if self.drive else "0.0"
         inputs = ", ".join(signals[f] for f in a.module.Inputs._fields)
         parameters = self._effect_params(number, a)

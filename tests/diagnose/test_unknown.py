@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -81,7 +82,7 @@ def test_a_load_dependent_residual_is_given_over_the_load() -> None:
     where = []
     for k, c in enumerate(places(4)):
         load = 3.0 + 2.0 * k + 0.5 * np.sin(0.7 * c.time)
-        where.append(Coordinates(c.x, c.v, c.a, c.s, c.z, c.since_reversal, c.dwell, load, c.time))
+        where.append(replace(c, load=load))
     laws = [0.041 * np.tanh(c.v / 0.003) * (c.load if c.load is not None else 0.0) for c in where]
     found = formula(with_noise(laws, 2, size=0.3), where, "N", "m", "N")
     assert found.terms[0][0] in ("sgn(v) |L|", "sgn(v) L")

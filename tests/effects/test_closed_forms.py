@@ -106,17 +106,54 @@ def test_nonlocal_memory_closes_nested_loops_and_has_the_closed_form_area():
     assert first == pytest.approx(second, abs=1e-12)
 
 
-def test_breakaway_ageing_grows_with_the_log_of_the_hold_and_settles_while_sliding():
-    B, D_c, theta_0 = 0.13, 0.02, 0.05
-    dt = 1e-3
+def test_breakaway_ageing_shows_after_the_hold_as_the_log_of_it_and_is_worn_away():
+    B, D_c, theta_0, x_pre, speed, dt = 0.13, 2.0, 0.05, 1e-4, 0.7, 1e-4
     values = {"B": B, "D_c": D_c, "theta_0": theta_0}
     for hold in (0.3, 3.0, 30.0):
+        rest = round(hold / dt)
+        x = np.concatenate([np.zeros(rest + 1), speed * dt * np.arange(1, 61)])
+        force = run("breakaway_ageing", values, np.arange(x.size) * dt, x=x, z=1.0, x_pre=x_pre)
+        assert not force[: rest + 1].any()  # the presliding spring keeps its force
+        assert force[-1] == pytest.approx(B * math.log1p(hold / theta_0), rel=0.02)
+    time = np.arange(200_001) * dt
+    force = run("breakaway_ageing", values, time, x=speed * time, z=1.0, x_pre=x_pre)
+    assert force[-1] == pytest.approx(B * math.log1p(D_c / speed / theta_0), rel=1e-3)
+
+
+def test_breakaway_ageing_at_rest_grows_with_the_log_of_the_hold():
+    B, D_c, theta_0, dt = 0.13, 0.02, 0.05, 1e-3
+    values = {"B": B, "D_c": D_c, "theta_0": theta_0, "rest": 1.0}
+    for hold in (0.3, 3.0, 30.0):
         rows = round(hold / dt) + 1
-        force = run("breakaway_ageing", values, np.arange(rows) * dt, x=0.0, z=1.0)
+        force = run("breakaway_ageing", values, np.arange(rows) * dt, x=0.0, z=1.0, x_pre=0.003)
         assert force[-1] == pytest.approx(B * math.log1p(hold / theta_0), rel=1e-9)
     time = np.arange(5001) * dt
-    force = run("breakaway_ageing", values, time, x=0.7 * time, z=1.0)
+    force = run("breakaway_ageing", values, time, x=0.7 * time, z=1.0, x_pre=0.003)
     assert force[-1] == pytest.approx(B * math.log1p(D_c / 0.7 / theta_0), rel=1e-9)
+
+
+def test_breakaway_ageing_solves_its_equations():
+    """Slide, hold, slide back, against an adaptive integration in time."""
+    B, D_c, theta_0, x_pre, dt = 0.37, 0.031, 0.073, 0.0041, 1e-4
+
+    def speed(t):
+        return 0.13 if t < 0.5 else 0.0 if t < 1.7 else -0.09
+
+    def slope(t, state):
+        theta, b = state
+        v = speed(t)
+        g = math.log1p(theta / theta_0)
+        return [1.0 - abs(v) * theta / D_c, (abs(v) / x_pre) * (math.copysign(g, v) - b)]
+
+    time, parts, state = np.arange(23_001) * dt, [], [0.0, 0.0]
+    for low, high in ((0.0, 0.5), (0.5, 1.7), (1.7, 2.3)):
+        at = time[(time >= low - 1e-9) & (time <= high + 1e-9)]
+        solved = solve_ivp(slope, (low, high), state, t_eval=np.clip(at, low, high - 1e-12), rtol=1e-10, atol=1e-12)
+        parts.append(solved.y[1][1:])
+        state = solved.y[:, -1]
+    x = np.cumsum([0.0, *(speed(t) * dt for t in time[:-1] + 0.5 * dt)])
+    force = run("breakaway_ageing", {"B": B, "D_c": D_c, "theta_0": theta_0}, time, x=x, z=1.0, x_pre=x_pre)
+    assert force[1:] == pytest.approx(B * np.concatenate(parts), abs=2e-3 * B)
 
 
 def test_offset_drift_is_a_straight_line(time):

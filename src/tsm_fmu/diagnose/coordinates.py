@@ -24,6 +24,8 @@ class Coordinates:
     ----------
     x, v, a, s, z : ndarray
         Position, speed, acceleration, direction and presliding state of the input motion.
+    x_pre : ndarray
+        Presliding distance of z, the same everywhere.
     since_reversal : ndarray
         Travel since the last reversal, in the unit of x.
     dwell : ndarray
@@ -37,6 +39,7 @@ class Coordinates:
     a: FloatArray
     s: FloatArray
     z: FloatArray
+    x_pre: FloatArray
     since_reversal: FloatArray
     dwell: FloatArray
     load: FloatArray | None
@@ -66,7 +69,8 @@ def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: 
     x = np.cumsum(motion * dt) if channel == "v" else motion
     span = float(np.ptp(x)) or 1.0
     lag = 0.0 if channel == "v" else 2.0 * float(np.median(dt[1:]))
-    p = MOTION.params(None, {"x_pre": x_pre or 0.02 * span, "tau_v": lag, "tau_a": 2.0 * lag})
+    x_pre = x_pre or 0.02 * span
+    p = MOTION.params(None, {"x_pre": x_pre, "tau_v": lag, "tau_a": 2.0 * lag})
     _, v, a, s, z = MOTION.simulate(p, run.time, x[:, None]).T
     if channel == "v":
         v = motion
@@ -75,7 +79,7 @@ def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: 
     turned = np.flatnonzero(np.diff(_settled_direction(x, 0.002 * span))) + 1
     last = np.searchsorted(turned, np.arange(x.size), side="right") - 1
     since = np.where(last >= 0, np.abs(x - x[turned[np.maximum(last, 0)]]) if turned.size else span, span)
-    return Coordinates(x, v, a, s, z, since, _last_hold(v, run.time), load, run.time)
+    return Coordinates(x, v, a, s, z, np.full(x.size, x_pre), since, _last_hold(v, run.time), load, run.time)
 
 
 def coordinate_units(kernel: Kernel) -> tuple[str, str]:

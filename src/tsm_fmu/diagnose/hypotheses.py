@@ -27,6 +27,8 @@ REFITTED = 10
 FOLDS = 3
 """Parts of the measured runs that are left out in turn where no run is held out."""
 FOLD_STEPS = 6
+PROBED = 8
+"""Candidates of the linear step that are probed for a further effect: each is a chain to compile."""
 PROBE_ROWS = 3000
 """Samples of all runs together on which candidates are probed."""
 PROBE_STEPS = 4
@@ -137,7 +139,7 @@ def hypothesis(
 
 
 def probed(base: Fitted, screened: Sequence[Screened], free: Sequence[str]) -> list[Screened]:
-    """Candidates by what a few steps of a refit gain, on few samples; best first.
+    """The first `PROBED` candidates by what a few steps of a refit gain, on few samples; best first.
 
     Beside an effect that is there, one linear step can miss another: parameters that took part of it have far to go.
 
@@ -145,6 +147,7 @@ def probed(base: Fitted, screened: Sequence[Screened], free: Sequence[str]) -> l
     ----------
     base : Fitted
     screened : sequence of Screened
+        Best first.
     free : sequence of str
         Nuisance freedom.
     """
@@ -158,7 +161,7 @@ def probed(base: Fitted, screened: Sequence[Screened], free: Sequence[str]) -> l
             return s  # the values of the linear step are not allowed in the chain
         return replace(s, gain=max(s.gain, float(np.sum(2.0 * np.log(small.rmse / np.maximum(left, 1e-300))))))
 
-    return sorted(together(one, screened), key=lambda s: -s.gain)
+    return sorted(together(one, screened[:PROBED]), key=lambda s: -s.gain)
 
 
 def tried(

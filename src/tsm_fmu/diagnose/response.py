@@ -193,6 +193,7 @@ class _Extent:
         )
         self.ranges = {
             "wear.L": (travel, 1.5, -1.3),
+            "breakaway_ageing.rest": (1.0, 1.0, -1.0),
             "thermal.tau": (length, 1.6, -1.3),
             "thermal.v_0": (speed, 1.5, -2.0),
             "slack.F_0": (load, 1.5, -2.5),

@@ -19,9 +19,9 @@ from ..models.velocity_filter import filtered_slope
 class Motion(NamedTuple):
     """State of the coordinates."""
 
-    x: Annotated[float, Quantity("1", "input position at the end of the last step")]
-    v: Annotated[float, Quantity("1/s", "speed")]
-    a: Annotated[float, Quantity("1/s2", "acceleration")]
+    x: Annotated[float, Quantity("{x}", "input position at the end of the last step")]
+    v: Annotated[float, Quantity("{x}/s", "speed")]
+    a: Annotated[float, Quantity("{x}/s2", "acceleration")]
     s: Annotated[float, Quantity("1", "direction of the last motion, 0 before any, Eq (1)")]
     z: Annotated[float, Quantity("1", "presliding state, Eq (2)")]
 
@@ -29,7 +29,7 @@ class Motion(NamedTuple):
 class MotionParams(NamedTuple):
     """Parameters of the coordinates, shared by all effects of a chain."""
 
-    x_pre: Annotated[float, Quantity("rad", "presliding distance, Eq (2)", lo=0.0, open_lo=True, display="deg")] = 0.01
+    x_pre: Annotated[float, Quantity("{x}", "presliding distance, Eq (2)", lo=0.0, open_lo=True)] = 0.01
     tau_v: Annotated[float, Quantity("s", "time constant of the speed filter", lo=0.0)] = 0.005
     tau_a: Annotated[float, Quantity("s", "time constant of the acceleration filter", lo=0.0)] = 0.02
 
@@ -42,7 +42,7 @@ State = Outputs = Motion
 class Inputs(NamedTuple):
     """The coordinates of a position are a kernel of their own, for those who only want to look at them."""
 
-    x: Annotated[float, Quantity("1", "input position")]
+    x: Annotated[float, Quantity("{x}", "input position")]
 
 
 PRESETS = {}
