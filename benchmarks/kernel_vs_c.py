@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from tsm_fmu.kernel import compile_kernel, kernel
+from tsm_fmu.kernel import compiled_run, kernel
 
 from .ratio import Ratio, compare
 
@@ -42,7 +42,7 @@ def ratios() -> Iterator[Ratio]:
 
 def _ratio(name: str, c_function: ctypes._CFuncPtr) -> Ratio:  # type: ignore[name-defined]
     k = kernel(name)
-    p, run = k.params(), compile_kernel(k.module).run
+    p, run = k.params(), compiled_run(k.module)
     t = 1e-3 * np.arange(ROWS)
     random = np.random.default_rng(7)
     u = (0.4 * np.sin(2.1 * t) + 0.05 * np.sin(17.3 * t) + 1e-3 * random.standard_normal(ROWS))[:, None].copy()

@@ -103,10 +103,6 @@ class Kernel:
         about = getattr(self.module, "warnings", None)
         return about(p) if about is not None else ()
 
-    @cached_property
-    def _compiled(self) -> CompiledKernel:
-        return compile_kernel(self.module)
-
     def simulate(self, p: Any, time: ArrayLike, inputs: ArrayLike, *, compiled: bool = True) -> FloatArray:
         """Outputs at every row: row 0 starts the kernel, row k+1 is its k-th step.
 
@@ -154,7 +150,7 @@ class Kernel:
                 f"time {t[row]} s in row {row} -- expected more than {t[row - 1]} s -- sort or cut the log"
             )
         y = np.empty((t.size, len(self.outputs)))
-        run = self._compiled.run if compiled else _runner(self.module, self.module.start, self.module.step)
+        run = compiled_run(self.module) if compiled else _runner(self.module, self.module.start, self.module.step)
         try:
             run(p, t, u, y)
         except (ValueError, ArithmeticError) as failure:
@@ -163,29 +159,22 @@ class Kernel:
         return y
 
 
-@dataclass(frozen=True)
-class CompiledKernel:
-    """numba forms of a kernel's functions; ``run(p, t, u, y)`` fills ``y`` row by row."""
-
-    start: Callable[..., Any]
-    step: Callable[..., Any]
-    run: Callable[..., None]
-
-
 @cache
-def compile_kernel(module: ModuleType) -> CompiledKernel:
-    """Compile ``start`` and ``step`` by cloning them, and the functions they call, with numba's globals."""
-    start, step = _clone(module.start), _clone(module.step)
-    return CompiledKernel(start, step, _njit(_runner(module, start, step)))
+def compiled_run(module: ModuleType) -> Callable[..., None]:
+    """Compiled form of a kernel's loop over a record; ``run(p, t, u, y)`` fills ``y`` row by row.
+
+    ``start`` and ``step`` are compiled by cloning them, and the functions they call, with numba's globals.
+    """
+    return _njit(_runner(module, _clone(module.start), _clone(module.step)))
 
 
-def _njit(function: Any) -> Any:
+def _njit(function: Any, called_from_python: bool = True) -> Any:
     from numba import njit  # heavy: only those who compile pay for the import
 
+    wrappers: dict[str, Any] = {"no_cpython_wrapper": not called_from_python, "no_cfunc_wrapper": True}  # costly
     with kept(function.__module__) as cache_it:
-        return njit(error_model="numpy", nogil=True, cache=cache_it and os.path.isfile(function.__code__.co_filename))(
-            function
-        )
+        on_disk = cache_it and os.path.isfile(function.__code__.co_filename)
+        return njit(error_model="numpy", nogil=True, cache=on_disk, **wrappers)(function)
 
 
 @cache
@@ -195,7 +184,8 @@ def _clone(function: FunctionType) -> Any:
     for name in function.__code__.co_names:
         if isinstance(names.get(name), FunctionType):
             names[name] = _clone(names[name])
-    return _njit(FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__))
+    copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__)
+    return _njit(copy, called_from_python=False)
 
 
 def _runner(module: ModuleType, start: Any, step: Any) -> Any:

@@ -66,11 +66,25 @@ def test_acceleration_branches_part_only_while_speeding_up(time):
     assert release == pytest.approx(np.where(a < 0.0, 0.11 * opened, 0.0), abs=1e-14)
 
 
-@pytest.mark.parametrize("name", ["friction_lag", "sensor_lag"])
-def test_lags_follow_a_ramp_late_by_tau_and_are_exact(name, time):
+def test_sensor_lag_follows_a_ramp_late_by_tau_and_is_exact(time):
     tau, slope = 0.137, 2.3
-    y = run(name, {"tau": tau}, time, y=slope * time)
+    y = run("sensor_lag", {"tau": tau}, time, y=slope * time)
     assert y == pytest.approx(slope * (time - tau + tau * np.exp(-time / tau)), abs=1e-12)
+
+
+def test_friction_lag_solves_its_equation_and_leaves_the_direction_alone(time):
+    dF, v_s, tau = 0.37, 0.23, 0.137
+    z = np.where(np.sin(1.9 * time) > 0.0, 1.0, -1.0)
+
+    def strength(t):
+        return dF * np.exp(-(((0.31 + 0.29 * np.sin(2.7 * t)) / v_s) ** 2))
+
+    late = solve_ivp(lambda t, f: (strength(t) - f) / tau, (0.0, time[-1]), [strength(0.0)], t_eval=time, rtol=1e-10,
+                     atol=1e-12, max_step=0.01).y[0]  # fmt: skip
+    y = run("friction_lag", {"dF": dF, "v_s": v_s, "tau": tau}, time, y=0.5, v=0.31 + 0.29 * np.sin(2.7 * time), z=z)
+    assert y == pytest.approx(0.5 + (late - strength(time)) * z, abs=2e-6)
+    prompt = run("friction_lag", {"dF": dF, "v_s": v_s, "tau": 0.0}, time, y=0.5, v=z, z=z)
+    assert not np.any(prompt - 0.5)
 
 
 @pytest.mark.parametrize("n", [0.5, 1.0, 1.7, 3.0])

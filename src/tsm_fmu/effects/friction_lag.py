@@ -1,17 +1,22 @@
-"""Friction follows its steady value with a delay: a loop in F over v.
+"""The strength of friction follows the speed with a delay: a loop in F over v.
 
-::
+What friction has more at low speed comes and goes late, the direction does not (a lag of the whole friction is one of
+the sensor)::
 
-    tau dF_s/dt + F_s = F                                                               (1)
+    g = dF exp(-(v/v_s)^2),   tau dF_s/dt + F_s = g                                     (1)
+    F <- F + (F_s - g) z                                                                (2)
 
-F is taken as linear over the step, which (1) then solves exactly. Limits: tau = 0 changes nothing; at
-constant F nothing is left after a few tau. Source: Hess and Soom (J. Tribology 1990); effects.md 1, `friction_lag`.
+g is taken as linear over the step, which (1) then solves exactly. Limits: dF = 0 and tau = 0 change nothing; at
+constant speed nothing is left after a few tau; what acts at once, the Stribeck curve itself, is the model's or that of
+`stribeck`. Source: Hess and Soom (J. Tribology 1990); Armstrong-Helouvry, frictional memory; effects.md 1,
+`friction_lag`.
 """
 
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
 from .lag import lagged
+from .stribeck import excess
 
 NAME = "friction_lag"
 PLACES = ("friction",)
@@ -19,19 +24,23 @@ SIGNATURE = "loop in F over v"
 
 
 class Params(NamedTuple):
-    tau: Annotated[float, Quantity("s", "lag of the friction, Eq (1)", lo=0.0)] = 0.0
+    dF: Annotated[float, Quantity("{F}", "friction at low speed that comes late, Eq (1)", lo=0.0)] = 0.0
+    v_s: Annotated[float, Quantity("{x}/s", "its speed, Eq (1)", lo=0.0, open_lo=True)] = 0.1
+    tau: Annotated[float, Quantity("s", "lag, Eq (1)", lo=0.0)] = 0.05
 
 
 NEUTRAL = Params()
 
 
 class State(NamedTuple):
-    y: Annotated[float, Quantity("{F}", "friction before this effect")]
-    f: Annotated[float, Quantity("{F}", "lagged friction")]
+    g: Annotated[float, Quantity("1", "share of dF without lag, Eq (1)")]
+    f: Annotated[float, Quantity("1", "the same late, Eq (1)")]
 
 
 class Inputs(NamedTuple):
     y: Annotated[float, Quantity("{F}", "what this effect changes, before it")]
+    v: Annotated[float, Quantity("{x}/s", "speed")]
+    z: Annotated[float, Quantity("1", "presliding state")]
 
 
 class Outputs(NamedTuple):
@@ -42,9 +51,11 @@ PRESETS = {}
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(u.y, u.y), Outputs(u.y)
+    g = excess(u.v, p.v_s, 2.0)
+    return State(g, g), Outputs(u.y)
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
-    f = lagged(s.f, s.y, u.y, dt, p.tau)  # (1)
-    return State(u.y, f), Outputs(f)
+    g = excess(u.v, p.v_s, 2.0)
+    f = lagged(s.f, s.g, g, dt, p.tau)  # (1)
+    return State(g, f), Outputs(u.y + p.dF * (f - g) * u.z)  # (2)

@@ -44,9 +44,14 @@ class Outputs(NamedTuple):
 PRESETS = {}
 
 
+def excess(v: float, v_s: float, d: float) -> float:
+    """Share of dF at a speed, Eq (1)."""
+    return math.exp(-math.pow(abs(v) / v_s, d))
+
+
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(), Outputs(u.y + p.dF * math.exp(-math.pow(abs(u.v) / p.v_s, p.d)) * u.z)
+    return State(), Outputs(u.y + p.dF * excess(u.v, p.v_s, p.d) * u.z)
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
-    return s, Outputs(u.y + p.dF * math.exp(-math.pow(abs(u.v) / p.v_s, p.d)) * u.z)  # (1)
+    return s, Outputs(u.y + p.dF * excess(u.v, p.v_s, p.d) * u.z)  # (1)

@@ -17,7 +17,7 @@ import numpy as np
 from lmfit import Parameters
 from numpy.typing import NDArray
 
-from ..kernel import Kernel, compile_kernel
+from ..kernel import Kernel, compiled_run
 from ..models.contract import InputError, Variable
 
 FloatArray = NDArray[np.float64]
@@ -148,7 +148,7 @@ class Problem:
         data = self.runs[run]
         y = np.full((data.time.size, len(self.kernel.outputs)), np.nan)
         try:
-            compile_kernel(self.kernel.module).run(self.params(row), data.time, data.inputs, y)
+            compiled_run(self.kernel.module)(self.params(row), data.time, data.inputs, y)
         except (ValueError, ArithmeticError):
             y[:] = np.nan
         return y[:, self.columns]
