@@ -58,6 +58,8 @@ def test_wrong_parameters_are_not_an_effect(tmp_path: Path) -> None:
     assert said["verdict"] == "parameters"
     assert said["effects"] == []
     assert said["gap"]["F"]["after"] < 0.3 * said["gap"]["F"]["before"]
+    text = Path(said["report"]).read_text(encoding="utf-8")
+    assert "other parameter values close the gap (sigma2 " in text  # what matters first, not what moved most
 
 
 def test_hidden_inertia_is_named_and_the_fmu_has_the_same_gap(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..display import Display, display
+from ..models.contract import InputError
 from .excitation import words
 from .locate import Place
 from .study import Fitted
@@ -22,6 +23,8 @@ TELLING = 0.1
 """Share of the residual that a coordinate must explain to be worth a sentence."""
 CHANGED = 0.02
 """A parameter that a refit moved by less than this part of itself is not worth a word."""
+WEIGHTY = 0.1
+"""Nor is one whose move does less than this part of what another's does."""
 ABOVE = 1.3
 """Error over the floor from which on it is said that it is above."""
 SURE = 0.8
@@ -55,7 +58,7 @@ def answer(found: Diagnosis, gap: Mapping[str, Gap], hints: Sequence[Hint] = ())
         share = f"{names} explain{'' if many else 's'} {closes} of {of}" if closes else f"missing: {names}"
         return _sentence(f"{where}{share}; {numbers}")
     if found.verdict == "ambiguous":
-        names = " or ".join(words(e) for e in found.equivalent[0])
+        names = either([words(e) for e in found.equivalent[0]])
         best = next((c.closure_measured for c in found.candidates if c.effect in found.equivalent[0]), None)
         share = f"explains {_percent(best)} of {of}" if best else "is missing"
         return _sentence(f"{where}{names} {share}, these runs cannot tell which: play the next experiment; {numbers}")
@@ -78,6 +81,12 @@ def answer(found: Diagnosis, gap: Mapping[str, Gap], hints: Sequence[Hint] = ())
     if formula is None:
         return text
     return f"{text} What predicts {_percent(formula.share)} of it, not a name: {channel} lacks {formula.text}."
+
+
+def either(names: Sequence[str]) -> str:
+    """Alternatives as people list them."""
+    *first, last = names
+    return f"{', '.join(first)} or {last}" if first else last
 
 
 def leading_channel(found: Diagnosis, gap: Mapping[str, Gap]) -> str | None:
@@ -170,20 +179,31 @@ def range_text(p: Place) -> tuple[str, str]:
 
 
 def changed_parameters(found: Diagnosis, most: int = 3) -> list[str]:
-    """Parameters that the refit of the baseline moved most, with their values."""
+    """Parameters that the answer's fit moved, with their values: first whose move does most to the channels."""
     given, final = found.given, found.final
     if given is None or final is None:
         return []
-    units = {v.name: v.quantity.unit for v in final.problem.kernel.parameters}
     before, after = given.values, final.values
-    own = {final.problem.declared[f].name for f in final.problem.own}
-    moved = {
-        n: abs(after[n] - before[n]) / max(abs(before[n]), abs(after[n]), 1e-300)
-        for n in final.free
-        if n in before and n not in own
-    }
-    names = sorted((n for n in moved if moved[n] > CHANGED), key=lambda n: -moved[n])[:most]
-    return [f"{n} {before[n]:.3g} -> {after[n]:.3g} {units[n]}".removesuffix(" 1") for n in names]
+    names = [v for v in final.problem.kernel.parameters if v.field in final.problem.shared and v.name in before]
+    moved = [
+        v for v in names
+        if abs(after[v.name] - before[v.name]) > CHANGED * max(abs(before[v.name]), abs(after[v.name]))
+    ]  # fmt: skip
+    does = {v.name: _undone(final, v.field, before[v.name]) for v in moved}
+    told = sorted((v for v in moved if does[v.name] > WEIGHTY * max(does.values())), key=lambda v: -does[v.name])
+    return [
+        f"{v.name} {before[v.name]:.3g} -> {after[v.name]:.3g} {v.quantity.unit}".removesuffix(" 1")
+        for v in told[:most]
+    ]  # fmt: skip
+
+
+def _undone(final: Fitted, field: str, value: float) -> float:
+    """Largest change of a channel if one parameter alone had its old value; infinite where the others forbid it."""
+    try:
+        change = final.change_to(final.simulated_with({field: value}))
+    except InputError:
+        return np.inf
+    return float(np.nan_to_num(change, nan=np.inf).max())
 
 
 def best_wrong(found: Diagnosis) -> Candidate | None:

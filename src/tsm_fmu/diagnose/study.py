@@ -132,18 +132,24 @@ class Fitted:
     def neutral(self, spec: str) -> list[FloatArray]:
         """Simulated channels with one effect switched off and nothing refitted, one array a run."""
         one = attach(kernel(self.model), spec)
+        fields = [one.prefix + name for name in one.module.Params._fields]
+        return self.simulated_with(dict(zip(fields, one.module.NEUTRAL, strict=True)))
+
+    def simulated_with(self, values: Mapping[str, float]) -> list[FloatArray]:
+        """Simulated channels with other values of some fields and nothing refitted, one array a run."""
         table = self.table.copy()
-        for name, value in zip(one.module.Params._fields, one.module.NEUTRAL, strict=True):
-            table[:, self.problem.fields.index(one.prefix + name)] = value
+        for field_, value in values.items():
+            table[:, self.problem.fields.index(field_)] = value
         return [self.problem.outputs(k, row) for k, row in enumerate(table)]
 
     def share_of(self, spec: str) -> FloatArray:
         """RMS of what an effect does, by channel, as part of the channel's spread; nothing is refitted."""
-        changes = [
-            r - (run.targets - y)
-            for r, run, y in zip(self.residuals, self.problem.runs, self.neutral(spec), strict=True)
-        ]
-        return rms(changes) / np.maximum(self.spread, 1e-300)
+        return self.change_to(self.neutral(spec))
+
+    def change_to(self, simulated: Sequence[FloatArray]) -> FloatArray:
+        """RMS by which other simulated channels differ from those of the fit, as part of the channel's spread."""
+        runs = zip(self.residuals, self.problem.runs, simulated, strict=True)
+        return rms([r - (run.targets - y) for r, run, y in runs]) / np.maximum(self.spread, 1e-300)
 
 
 def effective_samples(residuals: Sequence[FloatArray]) -> FloatArray:
