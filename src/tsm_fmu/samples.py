@@ -44,7 +44,8 @@ def check_order(where: str, time: FloatArray, first_row: int) -> None:
     if not (steps > 0.0).all():
         k = int(np.argmax(steps <= 0.0)) + 1
         sort = "repeats" if time[k] == time[k - 1] else "goes back"
-        more = f" ({np.count_nonzero(steps <= 0.0)} such rows)"
+        count = np.count_nonzero(steps <= 0.0)
+        more = f" ({count} such rows)" if count > 1 else ""
         raise InputError(
             f"{where}: time {sort} in row {first_row + k}: {time[k]:.9g} s after {time[k - 1]:.9g} s{more} "
             "-- expected increasing time -- sort the log or remove the row"
