@@ -73,18 +73,18 @@ def test_sensor_lag_follows_a_ramp_late_by_tau_and_is_exact(time):
 
 
 def test_friction_lag_solves_its_equation_and_leaves_the_direction_alone(time):
-    dF, v_s, tau = 0.37, 0.23, 0.137
+    d, v_s, tau = 0.37, 0.23, 0.137
     z = np.where(np.sin(1.9 * time) > 0.0, 1.0, -1.0)
 
     def strength(t):
-        return dF * np.exp(-(((0.31 + 0.29 * np.sin(2.7 * t)) / v_s) ** 2))
+        return np.exp(-(((0.31 + 0.29 * np.sin(2.7 * t)) / v_s) ** 2))
 
     late = solve_ivp(lambda t, f: (strength(t) - f) / tau, (0.0, time[-1]), [strength(0.0)], t_eval=time, rtol=1e-10,
                      atol=1e-12, max_step=0.01).y[0]  # fmt: skip
-    y = run("friction_lag", {"dF": dF, "v_s": v_s, "tau": tau}, time, y=0.5, v=0.31 + 0.29 * np.sin(2.7 * time), z=z)
-    assert y == pytest.approx(0.5 + (late - strength(time)) * z, abs=2e-6)
-    prompt = run("friction_lag", {"dF": dF, "v_s": v_s, "tau": 0.0}, time, y=0.5, v=z, z=z)
-    assert not np.any(prompt - 0.5)
+    y = run("friction_lag", {"d": d, "v_s": v_s, "tau": tau}, time, y=0.5 * z, v=0.31 + 0.29 * np.sin(2.7 * time))
+    assert y == pytest.approx(0.5 * z * (1.0 + d * (late - strength(time))), abs=2e-6)
+    prompt = run("friction_lag", {"d": d, "v_s": v_s, "tau": 0.0}, time, y=0.5 * z, v=z)
+    assert np.array_equal(prompt, 0.5 * z)
 
 
 @pytest.mark.parametrize("n", [0.5, 1.0, 1.7, 3.0])

@@ -195,6 +195,7 @@ class _Extent:
             "wear.L": (travel, 1.5, -1.3),
             "breakaway_ageing.rest": (1.0, 1.0, -1.0),
             "friction_lag.tau": (length, 2.5, -4.0),
+            "friction_lag.v_s": (speed, 1.3, -1.6),
             "thermal.tau": (length, 1.6, -1.3),
             "thermal.v_0": (speed, 1.5, -2.0),
             "slack.F_0": (load, 1.5, -2.5),
@@ -206,9 +207,9 @@ class _Extent:
             "{load}": (load, 1.5, -2.0),
         }
         """Scale, width and lower end [decades] by unit, or by name where the signature needs another range: what decays
-        with time or travel is slow, friction follows the speed within a small part of a run, a drive works at more than
-        the speed that counts as work, and free travel is taken up by a small part of the load (what takes all of it is
-        a spring)."""
+        with time or travel is slow, friction lags where the motion is slow, within a small part of a run, a drive works
+        at more than the speed that counts as work, and free travel is taken up by a small part of the load (what takes
+        all of it is a spring)."""
 
     def drawn(self, effect: str, name: str, unit: str, start: float, q: float) -> float:
         """Value of an effect's shape parameter at the quantile ``q`` of its range."""

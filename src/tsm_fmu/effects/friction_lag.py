@@ -1,12 +1,12 @@
 """The strength of friction follows the speed with a delay: a loop in F over v.
 
-What friction has more at low speed comes and goes late, the direction does not (a lag of the whole friction is one of
-the sensor)::
+The part of friction that is there at low speed only comes and goes late, the direction does not (a lag of the whole
+friction is one of the sensor)::
 
-    g = dF exp(-(v/v_s)^2),   tau dF_s/dt + F_s = g                                     (1)
-    F <- F + (F_s - g) z                                                                (2)
+    g = exp(-(v/v_s)^2),   tau df/dt + f = g                                            (1)
+    F <- F (1 + d (f - g))                                                              (2)
 
-g is taken as linear over the step, which (1) then solves exactly. Limits: dF = 0 and tau = 0 change nothing; at
+g is taken as linear over the step, which (1) then solves exactly. Limits: d = 0 and tau = 0 change nothing; at
 constant speed nothing is left after a few tau; what acts at once, the Stribeck curve itself, is the model's or that of
 `stribeck`. Source: Hess and Soom (J. Tribology 1990); Armstrong-Helouvry, frictional memory; effects.md 1,
 `friction_lag`.
@@ -24,7 +24,7 @@ SIGNATURE = "loop in F over v"
 
 
 class Params(NamedTuple):
-    dF: Annotated[float, Quantity("{F}", "friction at low speed that comes late, Eq (1)", lo=0.0)] = 0.0
+    d: Annotated[float, Quantity("1", "share of the friction that comes late, Eq (2)", lo=0.0, hi=1.0)] = 0.0
     v_s: Annotated[float, Quantity("{x}/s", "its speed, Eq (1)", lo=0.0, open_lo=True)] = 0.1
     tau: Annotated[float, Quantity("s", "lag, Eq (1)", lo=0.0)] = 0.05
 
@@ -33,14 +33,13 @@ NEUTRAL = Params()
 
 
 class State(NamedTuple):
-    g: Annotated[float, Quantity("1", "share of dF without lag, Eq (1)")]
+    g: Annotated[float, Quantity("1", "what is there at this speed, Eq (1)")]
     f: Annotated[float, Quantity("1", "the same late, Eq (1)")]
 
 
 class Inputs(NamedTuple):
     y: Annotated[float, Quantity("{F}", "what this effect changes, before it")]
     v: Annotated[float, Quantity("{x}/s", "speed")]
-    z: Annotated[float, Quantity("1", "presliding state")]
 
 
 class Outputs(NamedTuple):
@@ -58,4 +57,4 @@ def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
     g = excess(u.v, p.v_s, 2.0)
     f = lagged(s.f, s.g, g, dt, p.tau)  # (1)
-    return State(g, f), Outputs(u.y + p.dF * (f - g) * u.z)  # (2)
+    return State(g, f), Outputs(u.y + p.d * (f - g) * u.y)  # (2)
