@@ -11,9 +11,12 @@ in its outputs), ``with_friction(p, u, o, f)`` (the outputs with another frictio
 ``v``, and names ``LOAD``, the input or output that loads it. Where the load is itself an output, the
 friction that depends on it is solved for by secant steps.
 
-An effect's Inputs are any of ``y`` (what it changes), ``x``, ``v``, ``a``, ``s``, ``z`` (effects/coordinates.py),
-``load``, ``drive`` (load or tension at the drive side, the model's ``DRIVE``) and ``bend`` (the sheath's angle, which
-becomes an input Theta); its only output is ``y``. It declares NEUTRAL, the parameters with which it changes nothing.
+``HAS`` names effects that are in the model's own law, each with the fields that make it.
+
+An effect's Inputs are any of ``y`` (what it changes), ``x``, ``v``, ``a``, ``s``, ``z``, ``x_pre``
+(effects/coordinates.py), ``load``, ``drive`` (load or tension at the drive side, the model's ``DRIVE``) and ``bend``
+(the sheath's angle, which becomes an input Theta); its only output is ``y``. It declares NEUTRAL, the parameters with
+which it changes nothing.
 """
 
 from __future__ import annotations

@@ -190,7 +190,8 @@ def changed_parameters(found: Diagnosis, most: int = 3) -> list[str]:
         if abs(after[v.name] - before[v.name]) > CHANGED * max(abs(before[v.name]), abs(after[v.name]))
     ]  # fmt: skip
     does = {v.name: _undone(final, v.field, before[v.name]) for v in moved}
-    told = sorted((v for v in moved if does[v.name] > WEIGHTY * max(does.values())), key=lambda v: -does[v.name])
+    least = WEIGHTY * max((d for d in does.values() if np.isfinite(d)), default=0.0)
+    told = sorted((v for v in moved if does[v.name] >= least), key=lambda v: -does[v.name])
     return [
         f"{v.name} {before[v.name]:.3g} -> {after[v.name]:.3g} {v.quantity.unit}".removesuffix(" 1")
         for v in told[:most]

@@ -129,6 +129,11 @@ class Fitted:
         """The same values on the same runs at another sampling."""
         return Fitted(self.task, self.effects, replace(self.problem, runs=list(runs)), self.table, self.released)
 
+    def has(self, effect: str) -> bool:
+        """Whether the model's own law holds an effect, by parameters that were free to fit it."""
+        fields = getattr(kernel(self.model).module, "HAS", {}).get(effect, ())
+        return bool(fields) and all(self.problem.parameters[f].vary for f in fields)
+
     def neutral(self, spec: str) -> list[FloatArray]:
         """Simulated channels with one effect switched off and nothing refitted, one array a run."""
         one = attach(kernel(self.model), spec)

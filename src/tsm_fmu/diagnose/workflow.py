@@ -228,7 +228,10 @@ class _Work:
         travel = max(float(np.ptp(c.x)) for c in places_of(plain.fitted))
         found, singles, now = [start], [], start
         for _ in range(MOST_EFFECTS):
-            left_over = self._possible(now.fitted.effects, now.fitted.released, travel)
+            left_over = [
+                c for c in self._possible(now.fitted.effects, now.fitted.released, travel)
+                if not plain.fitted.has(c.module.NAME)  # it would only correct the form of what is there
+            ]  # fmt: skip
             screened = screen(now.fitted, left_over, everywhere, self.said)
             before = plain.fitted if not now.added else now.bare
             starts = {}

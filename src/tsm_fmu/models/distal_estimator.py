@@ -35,6 +35,7 @@ MOTION = "x_in"
 LOAD = "tau_out"
 DRIVE = "tau_in"
 FRICTION_LIKE = "tau_in"
+HAS = {"stribeck": ("tau_s", "v_s")}
 
 
 class Holding(NamedTuple):

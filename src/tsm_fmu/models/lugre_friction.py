@@ -22,6 +22,7 @@ from .lugre import bristle_after, can_generate_energy, friction, stribeck
 
 NAME = "LuGreFriction"
 FRICTION_LIKE = "F"
+HAS = {"stribeck": ("F_s", "v_s")}
 
 
 class Params(NamedTuple):

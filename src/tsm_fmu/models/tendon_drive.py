@@ -24,6 +24,7 @@ PER_RUN = ("x_0", "x_h_0")  # offset and initial state: identification gives eac
 LOAD = "tau_out"
 DRIVE = "tau_in"
 FRICTION_LIKE = "tau_in"
+HAS = {"stribeck": ("tau_s", "v_s")}
 
 
 class Params(NamedTuple):
