@@ -108,3 +108,10 @@ def test_agreement_is_computed_as_defined():
     assert found["x_out"].peak_to_peak_error == pytest.approx(0.08)
     assert found["x_out"].nrmse == pytest.approx(found["x_out"].rmse / np.std([0.1, 0.5, -0.3, 0.9]))
     assert found["tau"].nrmse == np.inf
+
+
+def test_a_channel_that_does_not_move_has_no_relative_error():
+    time, still = np.arange(11) * 0.1, np.full(11, 0.37)
+    assert np.std(still) > 0.0  # of equal values, by rounding
+    found = agreement(time, {"tau": still + 0.01}, run(time, tau=("N.m", still)))
+    assert found["tau"].nrmse == np.inf

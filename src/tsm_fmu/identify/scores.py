@@ -35,7 +35,7 @@ class Agreement:
 def agreement(unit: str, measured: Sequence[NDArray[np.float64]], errors: Sequence[NDArray[np.float64]]) -> Agreement:
     """Errors of several runs pooled over samples; the peak-to-peak value is the largest of a run."""
     pooled, level = np.concatenate(list(errors)), np.concatenate(list(measured))
-    rmse, spread = math.sqrt(float(np.mean(pooled**2))), float(np.std(level))
-    return Agreement(
-        unit, rmse, max(float(np.ptp(e)) for e in errors), rmse / spread if spread > 0.0 else math.inf, pooled.size
-    )
+    rmse = math.sqrt(float(np.mean(pooled**2)))
+    moves = float(np.ptp(level)) > 0.0  # the standard deviation of equal values may round above zero
+    nrmse = rmse / float(np.std(level)) if moves else math.inf
+    return Agreement(unit, rmse, max(float(np.ptp(e)) for e in errors), nrmse, pooled.size)
