@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -141,3 +142,20 @@ def test_old_forms_go_and_used_ones_stay(tmp_path: Path, monkeypatch: pytest.Mon
     assert made.is_dir()
     assert not old.exists()
     assert recent.is_dir()
+
+
+def test_threads_that_compile_beside_each_other_leave_the_setting_as_it_was():
+    """Interleaved, one would restore what another had set, and numba would write where it should not."""
+    from numba import config
+
+    before = getattr(config, compiled_cache.SETTING)
+
+    def decorated(number):
+        with compiled_cache.kept("tsm_fmu.models.lugre") as on:
+            seen = getattr(config, compiled_cache.SETTING)
+            time.sleep(1e-3 * (number % 3))
+            return not on or getattr(config, compiled_cache.SETTING) == seen != before
+
+    with ThreadPoolExecutor(4) as pool:
+        assert all(pool.map(decorated, range(40)))
+    assert getattr(config, compiled_cache.SETTING) == before

@@ -13,6 +13,7 @@ import importlib
 import os
 import shutil
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -28,6 +29,7 @@ VARIABLE = "TSM_FMU_CACHE"
 """Environment variable with another folder for compiled kernels; empty for none."""
 SETTING = "CACHE_DIR"
 """numba's, read when a function is decorated."""
+_SETTING_LOCK = threading.RLock()
 KEPT_DAYS = 30.0
 """Compiled forms of kernels as they no longer are go after this time without use."""
 
@@ -100,12 +102,13 @@ def kept(module: str) -> Iterator[bool]:
     if place is None or not own(module):
         yield False
         return
-    before = getattr(config, SETTING)
-    setattr(config, SETTING, str(place))
-    try:
-        yield True
-    finally:
-        setattr(config, SETTING, before)
+    with _SETTING_LOCK:  # threads compile beside each other, and the setting is everybody's
+        before = getattr(config, SETTING)
+        setattr(config, SETTING, str(place))
+        try:
+            yield True
+        finally:
+            setattr(config, SETTING, before)
 
 
 def _usual() -> Path:
