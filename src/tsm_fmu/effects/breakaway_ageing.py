@@ -18,6 +18,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from ..models.lugre import bristle_after
 
 NAME = "breakaway_ageing"
 PLACES = ("friction",)
@@ -63,6 +64,5 @@ def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
     worn = abs(dx) / p.D_c
     theta = s.theta * math.exp(-worn) + dt * (1.0 if worn < 1e-12 else -math.expm1(-worn) / worn)  # (1)
     g = math.log1p(theta / p.theta_0)
-    limit = math.copysign(g, dx)
-    b = limit + (s.b - limit) * math.exp(-abs(dx) / u.x_pre)  # (2)
+    b = bristle_after(s.b, dx * g / u.x_pre, 1.0, g)  # (2)
     return State(u.x, theta, b), Outputs(u.y + p.B * ((1.0 - p.rest) * b + p.rest * g * u.z))  # (3)
