@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..display import Display, display
-from ..models.contract import InputError
 from .excitation import words
 from .locate import Place
 from .study import Fitted
@@ -200,11 +199,7 @@ def changed_parameters(found: Diagnosis, most: int = 3) -> list[str]:
 
 def _undone(final: Fitted, field: str, value: float) -> float:
     """Largest change of a channel if one parameter alone had its old value; infinite where the others forbid it."""
-    try:
-        change = final.change_to(final.simulated_with({field: value}))
-    except InputError:
-        return np.inf
-    return float(np.nan_to_num(change, nan=np.inf).max())
+    return float(np.nan_to_num(final.change_with({field: value}), nan=np.inf).max())
 
 
 def best_wrong(found: Diagnosis) -> Candidate | None:

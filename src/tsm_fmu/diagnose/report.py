@@ -15,7 +15,6 @@ from ..display import display
 from ..report import Section, Table, write_report
 from .answer import (
     TELLING,
-    answer,
     best_wrong,
     changed_parameters,
     closure_text,
@@ -46,7 +45,7 @@ PLAIN = {"N/(m/s2)": "kg", "N.m/(rad/s2)": "kg.m2", "N/(m/s)": "N.s/m", "N.m/(ra
 
 
 def write_diagnosis_report(
-    path: Path, found: Diagnosis, gap: Mapping[str, Gap], hints: Sequence[Hint], motion: Motion | None,
+    path: Path, summary: str, found: Diagnosis, gap: Mapping[str, Gap], hints: Sequence[Hint], motion: Motion | None,
     provenance: Mapping[str, Any],
 ) -> Path:  # fmt: skip
     """Write the report; see `tsm_fmu.report.write_report`.
@@ -54,6 +53,8 @@ def write_diagnosis_report(
     Parameters
     ----------
     path : Path
+    summary : str
+        The answer of `answer.answer`.
     found : Diagnosis
     gap : mapping of str to Gap
     hints : sequence of Hint
@@ -71,7 +72,7 @@ def write_diagnosis_report(
         {"tsm-fmu": __version__, "verdict": found.verdict} | ({"model": model} if model else {}) | dict(provenance)
     )
     title = f"Diagnosis of {model}" if model else "Diagnosis"
-    return write_report(path, title, answer(found, gap, hints), [s for s in made if s], sources)
+    return write_report(path, title, summary, [s for s in made if s], sources)
 
 
 def _gaps(gap: Mapping[str, Gap]) -> Section | None:

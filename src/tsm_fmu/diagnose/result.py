@@ -111,7 +111,7 @@ def write_diagnosis(
     roles = {"measured": measured, "held out": holdout, "reference": reference}
     records = {f"{role} {r.name}": f"sha256 {r.sha256}" for role, runs in roles.items() for r in runs}
     provenance = {"preset": preset or "none", "seed": seed, **records}
-    write_diagnosis_report(out / "report.html", found, gap, seen, motion, provenance)
+    write_diagnosis_report(out / "report.html", data["answer"], found, gap, seen, motion, provenance)
     (out / "diagnosis.json").write_text(json.dumps(finite(data), indent=2) + "\n", encoding="utf-8")
     return data
 

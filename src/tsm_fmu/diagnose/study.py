@@ -87,11 +87,6 @@ class Fitted:
         row[columns] = self.table[:, columns].mean(axis=0)
         return dict(zip(names, row.tolist(), strict=True))
 
-    @property
-    def free(self) -> list[str]:
-        """Public names of the parameters that the refit could change."""
-        return [self.problem.declared[f].name for f in (*self.problem.shared, *self.problem.own)]
-
     def settled(self, run: FitRun) -> FloatArray:
         """Values for a run that was not fitted: the shared ones, and its own from its first seconds.
 
@@ -134,27 +129,23 @@ class Fitted:
         fields = getattr(kernel(self.model).module, "HAS", {}).get(effect, ())
         return bool(fields) and all(self.problem.parameters[f].vary for f in fields)
 
-    def neutral(self, spec: str) -> list[FloatArray]:
-        """Simulated channels with one effect switched off and nothing refitted, one array a run."""
-        one = attach(kernel(self.model), spec)
-        fields = [one.prefix + name for name in one.module.Params._fields]
-        return self.simulated_with(dict(zip(fields, one.module.NEUTRAL, strict=True)))
-
-    def simulated_with(self, values: Mapping[str, float]) -> list[FloatArray]:
-        """Simulated channels with other values of some fields and nothing refitted, one array a run."""
-        table = self.table.copy()
-        for field_, value in values.items():
-            table[:, self.problem.fields.index(field_)] = value
-        return [self.problem.outputs(k, row) for k, row in enumerate(table)]
-
     def share_of(self, spec: str) -> FloatArray:
         """RMS of what an effect does, by channel, as part of the channel's spread; nothing is refitted."""
-        return self.change_to(self.neutral(spec))
+        one = attach(kernel(self.model), spec)
+        fields = [one.prefix + name for name in one.module.Params._fields]
+        return self.change_with(dict(zip(fields, one.module.NEUTRAL, strict=True)))
 
-    def change_to(self, simulated: Sequence[FloatArray]) -> FloatArray:
-        """RMS by which other simulated channels differ from those of the fit, as part of the channel's spread."""
-        runs = zip(self.residuals, self.problem.runs, simulated, strict=True)
-        return rms([r - (run.targets - y) for r, run, y in runs]) / np.maximum(self.spread, 1e-300)
+    def change_with(self, values: Mapping[str, float]) -> FloatArray:
+        """RMS by which other values of some fields change the channels, as part of their spread; nothing is refitted.
+
+        NaN where the model cannot run with them.
+        """
+        table = self.table.copy()
+        for name, value in values.items():
+            table[:, self.problem.fields.index(name)] = value
+        rows = enumerate(zip(self.residuals, self.problem.runs, table, strict=True))
+        changes = [r - (run.targets - self.problem.outputs(k, row)) for k, (r, run, row) in rows]
+        return rms(changes) / np.maximum(self.spread, 1e-300)
 
 
 def effective_samples(residuals: Sequence[FloatArray]) -> FloatArray:

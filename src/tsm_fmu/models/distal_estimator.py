@@ -23,6 +23,7 @@ from typing import Annotated, Any, NamedTuple
 from .contract import Quantity
 from .joined import Part, joined
 from .lugre import stribeck
+from .tendon_drive import HAS as HAS
 from .tendon_drive import PRESETS as PRESETS
 from .tendon_drive import Params as DriveParams
 from .tendon_drive import State as DriveState
@@ -35,7 +36,6 @@ MOTION = "x_in"
 LOAD = "tau_out"
 DRIVE = "tau_in"
 FRICTION_LIKE = "tau_in"
-HAS = {"stribeck": ("tau_s", "v_s")}
 
 
 class Holding(NamedTuple):
