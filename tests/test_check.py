@@ -223,7 +223,23 @@ def test_logs_without_motion_or_with_two_rows_are_described():
     assert [f.kind for f in result.findings] == ["stuck", "coverage"]
     assert "x: no motion; strokes, reversals and frequencies cannot be judged" in result.findings[-1].text
     result = check_record(Record("r", np.arange(9.0), {"F": np.sin(np.arange(9.0))}, {"F": "N"}))
-    assert "no channel is an angle or a length; strokes" in result.findings[-1].text
+    assert "no channel is an angle, a length or a speed; strokes" in result.findings[-1].text
+
+
+def test_a_speed_alone_tells_the_strokes():
+    t = np.arange(0.0, 21.0, 0.01)
+    x = 0.031 * np.sin(1.7 * t)
+    motion = check_record(Record("r", t, {"v": 0.031 * 1.7 * np.cos(1.7 * t)}, {"v": "m/s"})).motion
+    assert motion is not None
+    assert (motion.channel, motion.unit) == ("integral of v", "m")
+    assert motion.reversals == check_record(Record("r", t, {"x": x}, {"x": "m"})).motion.reversals
+    assert motion.amplitudes[1] == pytest.approx(0.031, rel=1e-3)
+
+
+def test_the_angle_of_a_sheath_is_not_the_drive():
+    t = np.arange(0.0, 9.0, 0.01)
+    columns = {"Theta": 2.0 + np.sin(0.3 * t), "q": 0.7 * np.sin(1.1 * t)}
+    assert check_record(Record("r", t, columns, {"Theta": "rad", "q": "rad"})).motion.channel == "q"
 
 
 def test_a_log_of_times_alone_is_not_called_good(tmp_path, capsys):

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 from scipy.signal import find_peaks, periodogram
 
 from ..differentiate import differentiate
+from ..effects.coordinates import ANGLE
 from ..models.contract import InputError
 from ..quantisation import quantisation_step
 from ..record import Record
-from ..units import same_quantity
+from ..units import same_quantity, unit_to_si
 from .finding import Finding, finding, shown
 
-__all__ = ["Motion", "drive_channel", "motion_of", "position_channels", "shortest_period", "speed_and_acceleration"]
+__all__ = [
+    "Motion", "drive_channel", "motion_of", "position_channels", "shortest_period", "speed_and_acceleration",
+    "with_travel",
+]  # fmt: skip
 
 FloatArray = NDArray[np.float64]
 Derivatives = tuple[FloatArray, FloatArray, float | None]
@@ -69,9 +74,20 @@ def position_channels(record: Record) -> list[str]:
 
 
 def drive_channel(record: Record) -> str | None:
-    """The position the rig is driven by: x_in, x, or the first position that moves."""
-    moving = [name for name in position_channels(record) if np.ptp(record.columns[name]) > 0.0]
+    """The position the rig is driven by: x_in, x, or the first position that moves; not the angle of a sheath."""
+    moving = [name for name in position_channels(record) if name != ANGLE and np.ptp(record.columns[name]) > 0.0]
     return next((name for name in ("x_in", "x", "theta_in", *moving) if name in moving), None)
+
+
+def with_travel(record: Record) -> tuple[Record, str | None]:
+    """The record with the integral of its first speed that moves as a channel, and the name of that; None without."""
+    for name, unit in record.units.items():
+        speed = record.columns[name]
+        if (same_quantity(unit, "rad/s") or same_quantity(unit, "m/s")) and np.ptp(speed) > 0.0:
+            travel, unit = f"integral of {name}", unit_to_si(unit).si.removesuffix("/s")
+            x = cumulative_trapezoid(speed, record.time, initial=0.0)
+            return replace(record, columns={**record.columns, travel: x}, units={**record.units, travel: unit}), travel
+    return record, None
 
 
 def shortest_period(record: Record, name: str | None) -> float:

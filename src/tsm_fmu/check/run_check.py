@@ -13,7 +13,15 @@ from .clock import Clock, check_clock
 from .events import check_events
 from .finding import Finding, finding
 from .levels import check_clipping, check_quantisation, check_stuck
-from .motion import Motion, drive_channel, motion_of, position_channels, shortest_period, speed_and_acceleration
+from .motion import (
+    Motion,
+    drive_channel,
+    motion_of,
+    position_channels,
+    shortest_period,
+    speed_and_acceleration,
+    with_travel,
+)
 from .power import Power, check_power
 
 __all__ = ["Channel", "RunCheck", "check_record"]
@@ -92,9 +100,11 @@ def check_record(record: Record, cutoff: float | None = None) -> RunCheck:
         If a cut-off is given that rate, length or gaps of the run do not allow.
     """
     clock, found = check_clock(record)
-    drive = drive_channel(record)
+    drive, driven = drive_channel(record), record
+    if not drive:
+        driven, drive = with_travel(record)
     positions = position_channels(record)
-    window = max(3, int(0.1 * shortest_period(record, drive) * clock.rate))
+    window = max(3, int(0.1 * shortest_period(driven, drive) * clock.rate))
     channels = {name: _channel(record, name) for name in record.columns}
     for name, channel in channels.items():
         found += check_quantisation(record, name, channel.step)
@@ -103,9 +113,9 @@ def check_record(record: Record, cutoff: float | None = None) -> RunCheck:
         found += clipped or check_stuck(record, name, positions)
     motion, coverage, turning = None, [], np.zeros(record.time.size, dtype=bool)
     if drive:
-        derivatives = speed_and_acceleration(record, drive, cutoff)
-        motion, coverage = motion_of(record, drive, derivatives)
-        turning = _turning(record.columns[drive], derivatives[0], window)
+        derivatives = speed_and_acceleration(driven, drive, cutoff)
+        motion, coverage = motion_of(driven, drive, derivatives)
+        turning = _turning(driven.columns[drive], derivatives[0], window)
     found += check_events(record, window, positions, turning)
     powers, signs = check_power(record)
     found += signs
@@ -115,7 +125,7 @@ def check_record(record: Record, cutoff: float | None = None) -> RunCheck:
         text = "no channel beside time: nothing can be checked; add measured columns such as 'x_in [rad]'"
         found.append(finding(record, "columns", "time", 0, record.time.size - 1, text))
     elif not drive:
-        still = f"{', '.join(positions)}: no motion" if positions else "no channel is an angle or a length"
+        still = f"{', '.join(positions)}: no motion" if positions else "no channel is an angle, a length or a speed"
         text = f"{still}; strokes, reversals and frequencies cannot be judged; log the drive's position, such as x_in"
         coverage.append(finding(record, "coverage", "time", 0, record.time.size - 1, text))
     found.sort(key=lambda f: f.t0)

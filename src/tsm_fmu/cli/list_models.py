@@ -1,7 +1,8 @@
-"""``tsm-fmu list``: models, presets and variables with units."""
+"""``tsm-fmu list``: models, effects, presets and variables with units; of one of them its equations."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
@@ -12,35 +13,59 @@ from rich.table import Table
 from ..effects import EFFECTS
 from ..kernel import Kernel
 from ..models import MODELS
-from ..models.contract import Variable
+from ..models.contract import InputError, Variable
 from .app import app, print_json
 
 
 @app.command("list")
-def list_models(as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False) -> None:
-    """Models, effects, presets, variables with units."""
-    kernels = [Kernel(module) for module in MODELS]
+def list_models(
+    name: Annotated[str, typer.Argument(help="A model or an effect: its equations too.", show_default=False)] = "",
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+) -> None:
+    """Models, effects, presets, variables with units; of one of them its equations too."""
+    kernels, effects = ([k for k in map(Kernel, modules) if name in ("", k.name)] for modules in (MODELS, EFFECTS))
+    if not kernels and not effects:
+        known = ", ".join(module.NAME for module in (*MODELS, *EFFECTS))
+        raise InputError(f"{name!r} is no model and no effect -- expected one of {known} -- correct the name")
     if as_json:
-        effects = {k.name: _described_effect(k) for k in map(Kernel, EFFECTS)}
-        print_json({"models": {k.name: _described(k) for k in kernels}, "effects": effects})
+        described = {k.name: _described(k) for k in kernels}
+        print_json({"models": described, "effects": {k.name: _described_effect(k) for k in effects}})
         return
     console = Console()
+    if name:
+        console.print(escape((kernels or effects)[0].module.__doc__ or ""), highlight=False, soft_wrap=True)
     for k in kernels:
-        table = Table(title=f"{k.name}  (presets: {', '.join(k.presets) or 'none'})", title_justify="left")
-        for heading in ("", "variable", "unit", "start", "bounds", "meaning"):
-            table.add_column(heading)
-        for role in ("inputs", "outputs", "parameters"):
-            for v in getattr(k, role):
-                start = f"{v.start:g}" if role == "parameters" else ""
-                table.add_row(role[:-1], v.name, v.quantity.unit, start, escape(_bounds(v)), escape(v.quantity.meaning))
-        console.print(table)
+        console.print(_variables(k))
+    if effects:
+        console.print(_effects(effects))
+
+
+def _variables(k: Kernel) -> Table:
+    table = Table(title=f"{k.name}  (presets: {', '.join(k.presets) or 'none'})", title_justify="left")
+    for heading in ("", "variable", "unit", "start", "bounds", "meaning"):
+        table.add_column(
+            heading, no_wrap=heading == "variable", min_width=_longest(k) if heading == "variable" else None
+        )
+    for role in ("inputs", "outputs", "parameters"):
+        for v in getattr(k, role):
+            start = f"{v.start:g}" if role == "parameters" else ""
+            table.add_row(role[:-1], v.name, v.quantity.unit, start, escape(_bounds(v)), escape(v.quantity.meaning))
+    return table
+
+
+def _effects(effects: Sequence[Kernel]) -> Table:
     table = Table(title="Effects: attach one as id, or id@channel", title_justify="left")
-    for heading in ("effect", "acts on", "signature", "parameters"):
+    table.add_column("effect", no_wrap=True, min_width=max(len(k.name) for k in effects))  # ids are copied from here
+    for heading in ("acts on", "signature", "parameters"):
         table.add_column(heading)
-    for k in map(Kernel, EFFECTS):
+    for k in effects:
         names = ", ".join(f"{v.name} [{v.quantity.unit}]" for v in k.parameters)
         table.add_row(k.name, ", ".join(k.module.PLACES), k.module.SIGNATURE, escape(names))
-    console.print(table)
+    return table
+
+
+def _longest(k: Kernel) -> int:
+    return max(len(v.name) for v in (*k.inputs, *k.outputs, *k.parameters))
 
 
 def _described_effect(k: Kernel) -> dict[str, Any]:
