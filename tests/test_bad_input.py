@@ -52,6 +52,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write(place / "out_mm.csv", "time [s],x_in [rad],x_out [mm]", t, x, y)
     write(place / "no_out.csv", "time [s],x_in [rad]", t, x)
     write(place / "friction.csv", "time [s],x [rad],tau_in [N.m],tau_load [N.m]", t, x, y, y)
+    write(place / "angle.csv", "time [s],x_in [rad],tau_out [N.m],tau_in [N.m],Theta [mm]", t, x, y, y, 9.0 * x)
     write(place / "gap.csv", "time [s],x [rad],tau_in [N.m],tau_load [N.m]", np.where(t > 3.0, t + 5.0, t), x, y, y)
     rows = (place / "ok.csv").read_text().splitlines()
     (place / "back.csv").write_text("\n".join([*rows[:50], rows[20], *rows[50:]]))
@@ -154,6 +155,7 @@ CASES = [
     (f"identify {MODEL}+nope --measured ok.csv --out c.toml", "effect 'nope' -- expected one of coulomb"),
     (f"diagnose {MODEL} --measured nan.csv --out d", "NaN or empty cell in row 51, column 'x_in'"),
     (f"diagnose {MODEL} --measured ok.csv --out file", "--out file -- expected a folder"),
+    ("diagnose TendonDrive --measured angle.csv --out d", "channel 'Theta' in m -- expected a unit such as rad"),
     ("validate", "Missing argument 'FMU ...' -- expected what the help lists -- see 'tsm-fmu validate --help'"),
     ("run junk.ssp --out r", "junk.ssp"),
     ("export folder.toml --out a.fmu", "card folder.toml -- expected a readable file (Is a directory)"),

@@ -109,6 +109,17 @@ def test_a_measured_sheath_angle_becomes_an_input():
     assert [v.name for v in k.inputs] == ["x_in", "tau_out", "Theta"]
 
 
+@pytest.mark.parametrize("effects", [(), ("coulomb",)])
+def test_a_model_can_listen_to_the_sheath_angle_without_using_it(effects):
+    rng = np.random.default_rng(31)
+    t, inputs = np.arange(90) * 0.0113, np.cumsum(rng.normal(size=(90, 3)), axis=0)
+    plain, listening = chain("TendonDrive", effects), chain("TendonDrive", effects, bend=True)
+    assert [v.name for v in listening.inputs] == ["x_in", "tau_out", "Theta"]
+    found = listening.simulate(listening.params(None, {}), t, inputs)
+    assert np.array_equal(found, plain.simulate(plain.params(None, {}), t, inputs[:, :2]))
+    assert chain("TendonDrive", ("bend_angle",), bend=True).inputs == chain("TendonDrive", ("bend_angle",)).inputs
+
+
 def test_parameters_that_no_effect_uses_are_not_declared():
     names = {v.name for v in chain("TendonDrive", ("offset_drift@x_out",)).parameters}
     assert not any(name.startswith("motion.") for name in names)
@@ -128,7 +139,7 @@ def test_one_chain_is_made_once():
         ("TendonDrive", ("backlash@nowhere",), r"it can act on x_out, v_in, tau_in, x_in, tau_out"),
         ("TendonDrive", ("coulomb", "coulomb"), r"expected each effect once"),
         ("PairedTsmBacklash", ("tendon_elasticity",), r"it needs a load"),
-        ("PairedTsmBacklash", ("coulomb",), r"it can act on nothing"),
+        ("PairedTsmBacklash", ("coulomb",), r"it has no place there"),
         ("Sum", ("drum_periodic",), r"it needs a motion"),
         ("Nothing", ("coulomb",), r"model 'Nothing' -- expected one of"),
     ],

@@ -38,7 +38,7 @@ SIGNALS = ("y", *Motion._fields, "x_pre", "load", "drive", "bend")
 
 
 @cache
-def chain(model: str, effects: tuple[str, ...]) -> Kernel:
+def chain(model: str, effects: tuple[str, ...], bend: bool = False) -> Kernel:
     """Kernel of ``model`` with ``effects`` in the order given; with its defaults it equals the model bit for bit.
 
     Parameters
@@ -48,6 +48,8 @@ def chain(model: str, effects: tuple[str, ...]) -> Kernel:
     effects : tuple of str
         Each ``id`` or ``id@channel``; without a channel the effect goes to its first place: the friction, or the
         model's first output or input.
+    bend : bool
+        Have the input Theta also where no effect uses it, so that the same runs fit with and without one that does.
 
     Raises
     ------
@@ -55,12 +57,12 @@ def chain(model: str, effects: tuple[str, ...]) -> Kernel:
         Unknown effect or channel, an effect where it makes no sense, or one given twice.
     """
     base = kernel(model)
-    if not effects:
+    if not effects and not bend:
         return base
     attached = [attach(base, text) for text in effects]
     if len({a.spec for a in attached}) < len(attached):
         raise InputError(f"effects {', '.join(effects)} of {model} -- expected each effect once a place -- drop one")
-    source = Writer(base, attached).text()
+    source = Writer(base, attached, bend).text()
     name = f"chain_{hashlib.sha256(source.encode()).hexdigest()[:12]}"
     module = compiled_cache.module(models, name, source) or _module(name, source)
     module.__dict__["SOURCE_TEXT"] = source
@@ -106,6 +108,8 @@ def attach(base: Kernel, text: str) -> Attached:
     if not channel and allowed:
         return Attached(module, allowed[0])
     if channel not in allowed:
-        places = ", ".join(a or "the friction" for a in allowed) or "nothing"
+        if not allowed:
+            raise InputError(f"effect {text!r} on {base.name} -- it has no place there -- choose another")
+        places = ", ".join(a or "the friction" for a in allowed)
         raise InputError(f"effect {text!r} on {base.name} -- it can act on {places} -- choose one of these")
     return Attached(module, channel)

@@ -30,7 +30,7 @@ class Attached:
 class Writer:
     """Writes the module; each method is one passage of it."""
 
-    def __init__(self, base: Kernel, attached: list[Attached]) -> None:
+    def __init__(self, base: Kernel, attached: list[Attached], bend: bool = False) -> None:
         self.base = base
         self.module = base.module
         self.attached = attached
@@ -44,11 +44,12 @@ class Writer:
         self.needs = {f for a in attached for f in a.module.Inputs._fields}
         self.holds = hasattr(base.module, "with_load")
         self.moves = bool(self.needs & set(Motion._fields))
+        self.bend = bend or "bend" in self.needs
 
     def text(self) -> str:
         return "\n".join(
             [
-                f'"""{self.base.name} with {", ".join(a.spec for a in self.attached)} (written by chain.py)."""',
+                f'"""{self.base.name} with {", ".join(self._added())} (written by chain.py)."""',
                 "",
                 *self._imports(),
                 "",
@@ -67,6 +68,9 @@ class Writer:
         )
 
     # -- declarations
+
+    def _added(self) -> list[str]:
+        return [a.spec for a in self.attached] or ["an input Theta"]
 
     def _imports(self) -> list[str]:
         names = ["Params", "State", "Inputs", "Outputs", "start", "step"]
@@ -88,15 +92,18 @@ class Writer:
 
     def _units(self, a: Attached) -> dict[str, str]:
         force = _unit(self.base, getattr(self.module, "FRICTION_LIKE", ""))
-        position = _unit(self.base, self.position) or _unit(self.base, "v").removesuffix("/s")
         load = _unit(self.base, self.load)
-        return {"F": force, "load": load, "x": position, "y": _unit(self.base, a.channel) if a.channel else force}
+        own = _unit(self.base, a.channel) if a.channel else force
+        return {"F": force, "load": load, "x": self._motion_unit(), "y": own}
+
+    def _motion_unit(self) -> str:
+        return _unit(self.base, self.position) or _unit(self.base, "v").removesuffix("/s")
 
     def _classes(self) -> list[str]:
         left_out = tuple(f for f in MotionParams._fields if not self._own_motion_parameter(f))
-        motion_units = {"x": self._units(self.attached[0])["x"]}
+        motion_units = {"x": self._motion_unit()}
         inputs = 'joined(__name__, "Inputs", Part("", model_Inputs, None, {}), Part("", Bend, None, {}))'
-        lines = ["", f"Inputs = {inputs if 'bend' in self.needs else 'model_Inputs'}", "Outputs = model_Outputs"]
+        lines = ["", f"Inputs = {inputs if self.bend else 'model_Inputs'}", "Outputs = model_Outputs"]
         lines += ["Params = joined(", "    __name__,", '    "Params",']
         lines += ['    Part("", model_Params, model_Params(), {}),']
         if self.moves:

@@ -47,6 +47,21 @@ def test_motions_of_the_menu_keep_to_speed_and_range() -> None:
         assert np.ptp(np.cumsum(inputs[:, 0]) * (time[1] - time[0])) <= 1.02 * np.ptp(x), name
 
 
+def test_the_sheath_is_bent_within_what_the_runs_had() -> None:
+    t = np.arange(2000) * 0.0113
+    x, load = 0.7 * np.sin(1.7 * t) + 0.2 * np.sin(0.61 * t), 0.3 + 0.11 * np.sin(0.9 * t)
+    bend = 2.0 + 0.9 * np.sin(0.21 * t)
+    run = FitRun(
+        "a", t, np.column_stack([x, load, bend]), (1.02 * load + 0.1 * np.tanh(np.gradient(x, t) / 0.01))[:, None]
+    )
+    menu_ = menu(refit(Task("TendonDrive", [run], ("tau_in",), {}, bend=True), (), {}, steps=1))
+    swept = {name: inputs for name, _, inputs in menu_ if "sheath angle swept" in name}
+    assert len(swept) == len(menu_) / 3  # all constant, the load swept, the angle swept
+    for name, inputs in swept.items():
+        assert "load constant" in name
+        assert (inputs[:, 2].min(), inputs[:, 2].max()) == (pytest.approx(1.1, abs=0.02), pytest.approx(2.9, abs=0.02))
+
+
 def test_a_jump_becomes_a_ramp_with_round_corners() -> None:
     t = np.arange(0.0, 4.0, 0.01)
     played = playable(np.where(t < 1.0, -0.3, 0.4), t, fastest=0.37)

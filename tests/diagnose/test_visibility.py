@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -99,6 +100,17 @@ def test_an_effect_with_no_candidate_is_listed_in_the_order_offered(rig: Rig, kn
     assert "inertia" not in found
     assert "bend_angle" in found  # no sheath angle is in the log, so no candidate
     assert list(found) == [name for name in offered if name in found]
+
+
+@pytest.mark.parametrize(("middle", "shown"), [(0.0, False), (2.1, True)])
+def test_a_straight_sheath_does_not_show_what_its_bending_does(middle: float, shown: bool) -> None:
+    runs = []
+    for seed in (58, 59):
+        run = drive_run(seed)
+        bend = middle * (1.0 + 0.6 * np.sin(0.47 * run.time))
+        runs.append(replace(run, inputs=np.column_stack([run.inputs, bend])))
+    base = refit(Task("TendonDrive", runs, ("x_out", "tau_in"), DRIVE, bend=True), (), {})
+    assert listed(base, ["bend_angle"]) == (() if shown else ("bend_angle",))
 
 
 def test_ordinary_use_reaches_the_range_of_the_log_and_swings_the_load() -> None:

@@ -83,13 +83,16 @@ def _print(found: Diagnosis, data: dict[str, Any]) -> None:
     console = Console()
     console.print(data["answer"], soft_wrap=True)
     if found.candidates:
-        table = Table("effect", "score", "closes, measured", "closes, held out")
+        table = Table("effect", "score [dB]", "closes, measured", "closes, held out")
+        table.title, table.title_justify = "Each candidate alone: what it closes of what a refit leaves", "left"
         for c in found.candidates:
             closes = ["" if x is None else f"{x:.3f}" for x in (c.closure_measured, c.closure_holdout)]
             table.add_row(c.spec, f"{c.score:.1f}", *closes)
         console.print(table)
-    if found.not_excited:
-        console.print(f"These runs could not show: {', '.join(found.not_excited)}")
+    for said, placed in (("These runs could not show", True), ("No place in the model with these channels", False)):
+        ids = [e for e in found.not_excited if (e in found.placed) is placed]
+        if ids:
+            console.print(f"{said}: {', '.join(ids)}.")
     for note in found.notes:
         console.print(f"Note: {note}.")
     console.print(f"report {data['report']}", soft_wrap=True)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..display import Display, display
+from ..models.contract import with_unit
 from .excitation import words
 from .locate import Place
 from .study import Fitted
@@ -192,7 +193,7 @@ def changed_parameters(found: Diagnosis, most: int = 3) -> list[str]:
     least = WEIGHTY * max((d for d in does.values() if np.isfinite(d)), default=0.0)
     told = sorted((v for v in moved if does[v.name] >= least), key=lambda v: -does[v.name])
     return [
-        f"{v.name} {before[v.name]:.3g} -> {after[v.name]:.3g} {v.quantity.unit}".removesuffix(" 1")
+        f"{v.name} {before[v.name]:.3g} -> {with_unit(f'{after[v.name]:.3g}', v.quantity.unit)}"
         for v in told[:most]
     ]  # fmt: skip
 

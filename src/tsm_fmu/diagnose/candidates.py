@@ -17,6 +17,7 @@ from scipy.optimize import nnls
 from ..chain import attach
 from ..chain_source import Attached
 from ..effects import EFFECTS
+from ..effects.coordinates import ANGLE
 from ..identify.problem import BoolArray, FloatArray
 from ..kernel import Kernel, kernel
 from ..models.contract import InputError
@@ -92,7 +93,7 @@ def possible(
                 one = attach(base, text)
             except InputError:
                 continue
-            wants_bend = "bend" in module.Inputs._fields and "Theta" not in inputs
+            wants_bend = "bend" in module.Inputs._fields and ANGLE not in inputs
             on_friction = not one.channel and module.NAME == "offset_drift"  # the same as on a channel
             if one.spec not in attached and not wants_bend and not on_friction and (one.channel or "@" not in text):
                 if "@" not in text and one.channel:

@@ -45,9 +45,9 @@ class Coordinates:
     load: FloatArray | None
     time: FloatArray
 
-    def every(self, step: int) -> Coordinates:
-        """The same at every so-many-th sample."""
-        return replace(self, **{name: y[::step] for name, y in vars(self).items() if y is not None})
+    def part(self, rows: slice) -> Coordinates:
+        """The same at some of the samples."""
+        return replace(self, **{name: y[rows] for name, y in vars(self).items() if y is not None})
 
 
 def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: float | None = None) -> Coordinates:
@@ -64,22 +64,24 @@ def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: 
     """
     names = [v.name for v in kernel.inputs]
     channel = motion_channel(kernel)
-    dt = np.diff(run.time, prepend=run.time[0])
-    motion = run.inputs[:, names.index(channel)] if channel else np.zeros(run.time.size)
+    time, inputs = run.played
+    dt = np.diff(time, prepend=time[0])
+    motion = inputs[:, names.index(channel)] if channel else np.zeros(time.size)
     x = np.cumsum(motion * dt) if channel == "v" else motion
     span = float(np.ptp(x)) or 1.0
     lag = 0.0 if channel == "v" else 2.0 * float(np.median(dt[1:]))
     x_pre = x_pre or 0.02 * span
     p = MOTION.params(None, {"x_pre": x_pre, "tau_v": lag, "tau_a": 2.0 * lag})
-    _, v, a, s, z = MOTION.simulate(p, run.time, x[:, None]).T
+    _, v, a, s, z = MOTION.simulate(p, time, x[:, None]).T
     if channel == "v":
         v = motion
     if "a" in names:
-        a = run.inputs[:, names.index("a")]
+        a = inputs[:, names.index("a")]
     turned = np.flatnonzero(np.diff(_settled_direction(x, 0.002 * span))) + 1
     last = np.searchsorted(turned, np.arange(x.size), side="right") - 1
     since = np.where(last >= 0, np.abs(x - x[turned[np.maximum(last, 0)]]) if turned.size else span, span)
-    return Coordinates(x, v, a, s, z, np.full(x.size, x_pre), since, _last_hold(v, run.time), load, run.time)
+    full = Coordinates(x, v, a, s, z, np.full(x.size, x_pre), since, _last_hold(v, time), None, time)
+    return replace(full.part(slice(run.lead_time.size, None)), load=load)
 
 
 def coordinate_units(kernel: Kernel) -> tuple[str, str]:

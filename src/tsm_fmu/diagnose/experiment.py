@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import chirp, sawtooth
 
+from ..effects.coordinates import ANGLE
 from ..identify.problem import FloatArray
 from ..kernel import Kernel, kernel
 from ..models.contract import InputError
@@ -71,7 +72,7 @@ def next_experiment(rivals: Sequence[Fitted], floor: FloatArray) -> Motion | Non
 
 
 def menu(fitted: Fitted) -> list[tuple[str, FloatArray, FloatArray]]:
-    """Motions within the range of position, speed and load of the measured runs: name, time, inputs."""
+    """Motions within the range of position, speed, load and sheath angle of the measured runs: name, time, inputs."""
     problem, places = fitted.problem, places_of(fitted)
     x = np.concatenate([p.x for p in places])
     centre, half = 0.5 * float(x.max() + x.min()), 0.5 * float(np.ptp(x)) or 1.0
@@ -92,18 +93,19 @@ def menu(fitted: Fitted) -> list[tuple[str, FloatArray, FloatArray]]:
     model = kernel(problem.kernel.name)
     motion, load = motion_channel(model), getattr(model.module, "LOAD", "")
     names = [v.name for v in problem.kernel.inputs]
+    beside = {word: names.index(n) for word, n in (("load", load), ("sheath angle", ANGLE)) if n in names}
     found = []
     for name, shape in shapes.items():
-        for loading in ("constant", "swept") if load in names else ("",):
+        for swept in ("", *beside):
             inputs = np.tile(np.mean([r.inputs.mean(axis=0) for r in problem.runs], axis=0), (t.size, 1))
             position = playable(centre + half * np.clip(shape, -1.0, 1.0), t, fastest)
             _put(inputs, names, motion, position, t)
-            if loading == "swept":
-                column = names.index(load)
+            if swept:
+                column = beside[swept]
                 values = np.concatenate([r.inputs[:, column] for r in problem.runs])
                 middle, width = 0.5 * (values.max() + values.min()), 0.5 * np.ptp(values)
                 inputs[:, column] = middle + (width or 0.5 * abs(middle)) * np.sin(2.0 * np.pi * 0.13 * t)
-            label = f"{name}, load {loading}" if loading else name
+            label = ", ".join([name, *(f"{word} {'swept' if word == swept else 'constant'}" for word in beside)])
             found.append((label, t, np.ascontiguousarray(inputs)))
     return found
 

@@ -48,13 +48,16 @@ class Floors:
         RMS that is noise whatever the law is; the same where every run repeats.
     reference : ndarray or None
         Gap on reference runs after the same refit.
+    open_ : ndarray of bool, shape (channels,)
+        Where the supported hypothesis leaves something that is no noise.
     unexplained : ndarray of bool, shape (channels,)
-        Where the supported hypothesis leaves something to explain.
+        Where that is more than the form of its laws.
     """
 
     noise: FloatArray
     least: FloatArray
     reference: FloatArray | None
+    open_: BoolArray
     unexplained: BoolArray
 
 
@@ -82,8 +85,9 @@ def floors_of(choice: Choice, base: Fitted, calm: Fitted | None, stepped: Sequen
     least = np.minimum(white, noise) if repeats is None else noise
     if calm is not None:  # gaps are judged against the larger floor
         noise, least = np.maximum(noise, calm.rmse), np.maximum(least, calm.rmse)
-    unexplained = open_channels(winner, base, calm, stepped) & ~_mostly_explained(winner, base, calm)
-    return Floors(noise, least, None if calm is None else calm.rmse, unexplained)
+    open_ = open_channels(winner, base, calm, stepped)
+    unexplained = open_ & ~_mostly_explained(winner, base, calm)
+    return Floors(noise, least, None if calm is None else calm.rmse, open_, unexplained)
 
 
 def open_channels(one: Hypothesis, base: Fitted, calm: Fitted | None, stepped: Sequence[str] = ()) -> BoolArray:

@@ -26,6 +26,8 @@ ON_FRICTION = ("presliding_shape",)
 ON_CHANNELS = ("sensor_lag", "offset_drift")
 SMALL = 0.015
 """A freedom is an effect of its own if what it removes is more than this part of a channel's spread."""
+SHAPE = 0.08
+"""The same of the shape after a reversal: rigs differ by that much in it, and a model has but one."""
 FORM_OF_EFFECT = 0.03
 """Share of what the best hypothesis removes that a right one may leave, because its law is not quite the true one."""
 CLEAN = 0.9
@@ -56,7 +58,7 @@ def freedoms(model: str, channels: Sequence[str], effects: Sequence[str]) -> tup
     """
     base = kernel(model)
     units = {v.name: v.quantity.unit for v in (*base.outputs, *base.parameters)}
-    has_offset = {units[name] for name in getattr(base.module, "PER_RUN", ())}
+    has_offset = {units[name] for name in getattr(base.module, "OFFSETS", ())}
     wanted = [*ON_FRICTION] if hasattr(base.module, "with_friction") else []
     for channel in channels:
         wanted += [f"{e}@{channel}" for e in ON_CHANNELS if e != "offset_drift" or units[channel] not in has_offset]
@@ -243,20 +245,27 @@ def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[
     for spec in fitted.effects:
         if spec not in asked or float(fitted.share_of(spec).max()) < SMALL:
             continue
+        least = np.maximum((SHAPE if spec in ON_FRICTION else SMALL) * fitted.spread, form)
+        least = np.maximum(least, fitted.task.earned.get(spec, 0.0))
         less = without(fitted, spec, free)
-        if not (_removed(less, fitted) > np.maximum(SMALL * fitted.spread, form)).any():
+        if not (removed(less, fitted) > least).any():
             continue
         less = min(less, without(fitted, spec, free, as_given=True), key=lambda f: f.cost)
-        removed = _removed(less, fitted)
+        gone = removed(less, fitted)
         added = [e for e in fitted.effects if e not in free]
         if looks_like(spec, added) and not nearly_gone(less.rmse**2, fitted.rmse**2).any():
             continue  # beside what it hides behind it corrects the form of a law
-        if (removed > np.maximum(SMALL * fitted.spread, form)).any():
-            found[spec] = float(np.max(removed / np.maximum(fitted.spread, 1e-300))), less
+        if (gone > least).any():
+            found[spec] = float(np.max(gone / np.maximum(fitted.spread, 1e-300))), less
     return found
 
 
-def _removed(before: Fitted, after: Fitted) -> FloatArray:
+def earned(calm: Fitted, free: Sequence[str]) -> dict[str, FloatArray]:
+    """What the shape after a reversal removes on reference runs [RMS by channel], by spec: form, and no effect."""
+    return {spec: removed(without(calm, spec, free), calm) for spec in free if spec in ON_FRICTION}
+
+
+def removed(before: Fitted, after: Fitted) -> FloatArray:
     """RMS that is gone, by channel."""
     return np.sqrt(np.maximum(before.rmse**2 - after.rmse**2, 0.0))
 

@@ -55,6 +55,8 @@ class Hypothesis:
         The same on held-out runs.
     effective, effective_held : ndarray, shape (channels,)
         Independent samples that the residual is worth on either.
+    form : tuple of str
+        Freedoms that are no effects of their own, whatever they remove.
     """
 
     added: tuple[str, ...]
@@ -64,6 +66,7 @@ class Hypothesis:
     held: FloatArray | None
     effective: FloatArray
     effective_held: FloatArray
+    form: tuple[str, ...] = ()
 
     @property
     def reference_gain(self) -> FloatArray:
@@ -87,7 +90,7 @@ class Hypothesis:
 
     @cached_property
     def _material(self) -> dict[str, tuple[float, Fitted]]:
-        return material(self.fitted, [f for f in self.free if f not in self.added], self.free)
+        return material(self.fitted, [f for f in self.free if f not in (*self.added, *self.form)], self.free)
 
     @property
     def effects(self) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..chain import attach, chain
+from ..chain import attach
 from ..identify.problem import FitRun, FloatArray, Problem
 from ..identify.specification import fit_parameters
 from ..kernel import kernel
@@ -67,7 +67,7 @@ def with_levels(fitted: Fitted, levels: Sequence[Levels]) -> Fitted:
     """A fit whose channels have these levels; nothing else changes."""
     base, old = kernel(fitted.model), fitted.problem
     effects = (*fitted.effects, *(one.spec for one in levels))
-    made = chain(fitted.model, effects)
+    made = fitted.task.kernel(effects)
     values = dict(fitted.values)
     for one in levels:
         prefix = attach(base, one.spec).prefix.replace("__", ".")

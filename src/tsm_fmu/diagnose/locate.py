@@ -80,7 +80,7 @@ def locate(
     rng = np.random.default_rng(seed)
     steps = [max(1, r.shape[0] * len(residuals) // ROWS) for r in residuals]
     short = [r[::s] for r, s in zip(residuals, steps, strict=True)]
-    thin = [c.every(s) for c, s in zip(places, steps, strict=True)]
+    thin = [c.part(slice(None, None, s)) for c, s in zip(places, steps, strict=True)]
     axes = [(*axis, number) for axis in axes_of(thin, motion_unit, load_unit) if (number := bins(axis[2])) is not None]
     direction = (np.concatenate([c.s for c in thin]) > 0.0).astype(int)
     found = []

@@ -28,7 +28,7 @@ def returned_share(fitted: Fitted) -> float | None:
     taken = net = 0.0
     for k, (run, place) in enumerate(zip(problem.runs, places_of(fitted), strict=True)):
         p = problem.params(fitted.table[k])
-        outputs = problem.kernel.simulate(p, run.time, run.inputs)
+        outputs = problem.every_output(k, fitted.table[k])
         own = module.Params(*p[: len(module.Params._fields)])
         inputs = module.Inputs(*run.inputs.T[: len(module.Inputs._fields)])
         friction = np.broadcast_to(module.friction_in(own, inputs, module.Outputs(*outputs.T)), run.time.shape)

@@ -23,7 +23,6 @@ from .answer import (
     range_text,
     share_text,
 )
-from .candidates import possible
 from .excitation import EXCITATION, words
 from .experiment import Motion
 from .locate import Place
@@ -219,9 +218,8 @@ def _not_excluded(found: Diagnosis) -> Section | None:
     for ids in found.equivalent:
         parts.append(f"These runs cannot tell apart: {', '.join(words(e) for e in ids)}.")
     if found.not_excited:
-        placed = _placed(found)
-        hidden = [e for e in found.not_excited if e in placed]
-        elsewhere = [e for e in found.not_excited if e not in placed]
+        hidden = [e for e in found.not_excited if e in found.placed]
+        elsewhere = [e for e in found.not_excited if e not in found.placed]
         if hidden:
             rows = [(words(e), EXCITATION[e].shown_by, e) for e in hidden]
             caption = "These runs could not show: too small in them, or taken up by the model's own parameters"
@@ -233,15 +231,6 @@ def _not_excluded(found: Diagnosis) -> Section | None:
                 f"{', '.join(words(e) for e in elsewhere)}."
             )
     return Section("What could not be excluded", "\n\n".join(parts), tables) if parts or tables else None
-
-
-def _placed(found: Diagnosis) -> set[str]:
-    """Effects that have a place in the model and the channels."""
-    if found.given is None:
-        return set(found.not_excited)
-    kernel = found.given.problem.kernel
-    allowed = possible(found.given.model, found.channels, (), [v.name for v in kernel.inputs])
-    return {a.module.NAME for a in allowed}
 
 
 def _next(found: Diagnosis, motion: Motion | None) -> Section | None:

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from ..chain_source import Attached
+from ..effects.coordinates import ANGLE
 from ..identify.problem import FloatArray
 from ..kernel import Kernel, kernel
 from ..models.contract import InputError
@@ -35,7 +36,7 @@ def places_of(fitted: Fitted) -> list[Coordinates]:
         if load in inputs:
             signal = run.inputs[:, inputs.index(load)]
         elif load in outputs:
-            signal = model.simulate(problem.params(fitted.table[k]), run.time, run.inputs)[:, outputs.index(load)]
+            signal = problem.every_output(k, fitted.table[k])[:, outputs.index(load)]
         found.append(coordinates_of(model, run, signal, fitted.values.get("motion.x_pre")))
     return found
 
@@ -59,7 +60,7 @@ class Responses:
         self.base = kernel(self.kernel.name)
         self.signals = places_of(fitted)
         self.extent = _Extent(shaped_by or self.signals)
-        self.full = [self._outputs(k) for k in range(len(self.problem.runs))]
+        self.full = [self.problem.every_output(k, row) for k, row in enumerate(fitted.table)]
         columns = jacobian(fitted, 1.0 / weights)
         u, singular, _ = np.linalg.svd(columns, full_matrices=False)
         self.basis = u[:, singular > 1e-9 * singular[0]] if singular.size else u
@@ -135,10 +136,6 @@ class Responses:
         runs = range(len(self.problem.runs))
         return self.flat([self._change(attached, effect, p, k)[:, self.problem.columns] for k in runs])
 
-    def _outputs(self, k: int) -> FloatArray:
-        run = self.problem.runs[k]
-        return self.kernel.simulate(self.problem.params(self.fitted.table[k]), run.time, run.inputs)
-
     def _first_step(self, effect: Kernel, name: str) -> float:
         high = next(v.quantity.hi for v in effect.parameters if v.name == name)
         step = 1e-3 if name in ("g", "eps", "d", "w", "k", "compliance") else 1e-2
@@ -168,7 +165,7 @@ class Responses:
     def _signal(self, signals: Coordinates, k: int, name: str) -> FloatArray:
         run, inputs = self.problem.runs[k], [v.name for v in self.kernel.inputs]
         if name == "bend":
-            return run.inputs[:, inputs.index("Theta")]
+            return run.inputs[:, inputs.index(ANGLE)]
         if name == "drive":
             drive = getattr(self.base.module, "DRIVE", "")
             if drive in inputs:

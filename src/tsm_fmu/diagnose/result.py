@@ -100,6 +100,7 @@ def write_diagnosis(
         "not_excited": list(found.not_excited),
         "candidates": [_candidate(c) for c in found.candidates],
         "where": [asdict(p) for p in found.where],
+        "compared_from": {run.name: float(run.time[0]) for run in (*found.runs, *found.holdout)},
         "gap": {channel: asdict(g) for channel, g in gap.items()},
         "card": str(card) if card else None,
         "fmu": str(fmu) if fmu else None,
@@ -193,7 +194,9 @@ def _replayed(fmu: Path, found: Diagnosis, measured: Sequence[Record]) -> FloatA
         row = problem.params(found.final.table[k])
         values = {v.name: x for v, x in zip(problem.kernel.parameters, row, strict=True)}
         columns = replay(fmu, record, parameters=values).columns
-        simulated.append(found.runs[k].targets - np.column_stack([columns[c] for c in found.channels]))
+        run = found.runs[k]
+        from_there = np.column_stack([columns[c] for c in found.channels])[run.lead_time.size :]
+        simulated.append(run.targets - from_there)
         own.append(full.residuals[k])
     there, here = rms(simulated), rms(own)
     if not np.allclose(there, here, rtol=1e-6, atol=1e-12):

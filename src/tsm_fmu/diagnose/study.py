@@ -18,6 +18,9 @@ from ..kernel import Kernel, kernel
 from ..models.contract import InputError
 from .descent import STEPS, cost, descended
 
+REMEMBERED = 0.05
+"""Part of what a state at the start does in all of a run that it must do where the run is compared, to be fitted."""
+
 
 @dataclass(frozen=True)
 class Fitted:
@@ -106,9 +109,9 @@ class Fitted:
         parameters = self.problem.parameters.copy()
         own = _own(self.problem.kernel, self.task)
         for j, name in enumerate(self.problem.fields):
-            parameters[name].vary = name in own
+            parameters[name].vary = parameters[name].vary and name in own
             parameters[name].value = float(self.table[:, j].mean())
-        start = FitRun(run.name, run.time[early], run.inputs[early], run.targets[early])
+        start = replace(run, time=run.time[early], inputs=run.inputs[early], targets=run.targets[early])
         single = replace(self.problem, runs=[start], parameters=parameters, per_run=own)
         return descended(single, single.start())[0]
 
@@ -186,6 +189,10 @@ class Task:
         corrects the form of the model.
     gap : ndarray, shape (channels,)
         What the refitted baseline leaves [RMS]; zero until it is known.
+    earned : mapping of str to ndarray, shape (channels,)
+        What a nuisance freedom removes on reference runs [RMS], by spec.
+    bend : bool
+        The runs hold the sheath's angle Theta behind the inputs of the model.
     """
 
     model: str
@@ -199,6 +206,12 @@ class Task:
     zeros: Mapping[str, float] = field(default_factory=dict)
     form: FloatArray = field(default_factory=lambda: np.zeros(1))
     gap: FloatArray = field(default_factory=lambda: np.zeros(1))
+    earned: Mapping[str, FloatArray] = field(default_factory=dict)
+    bend: bool = False
+
+    def kernel(self, effects: Sequence[str]) -> Kernel:
+        """The model with effects, with the inputs of the runs."""
+        return chain(self.model, tuple(effects), self.bend)
 
     def limited(self, limits: Mapping[str, tuple[float, float]]) -> Task:
         """The same with more narrow bounds."""
@@ -228,7 +241,7 @@ def refit(
     released : sequence of str
         Kept with the result.
     """
-    kernel = chain(task.model, tuple(effects))
+    kernel = task.kernel(effects)
     known = {v.name for v in kernel.parameters}
     fixed = [name for name in (*task.fixed, *held) if name in known]
     start_values = {n: v for n, v in {**task.values, **values}.items() if n in known}
@@ -247,6 +260,7 @@ def refit(
             start[:, [problem.declared[f].name for f in problem.fields].index(name)] = values_
     sensitivities = sensitivity_scales(problem.starting_at(start))
     _hold_what_does_nothing(problem, sensitivities)
+    _hold_what_is_forgotten(problem, start)
     problem = replace(problem)  # without the lists of free parameters from before
     table = descended(problem, start, steps, sensitivities, task.zeros)
     return Fitted(task, tuple(effects), problem, table, tuple(released))
@@ -254,7 +268,7 @@ def refit(
 
 def as_given(task: Task, effects: Sequence[str]) -> Fitted:
     """The model with the values given, nothing fitted but what each run has of its own (offset, initial state)."""
-    kernel, runs = chain(task.model, tuple(effects)), task.runs
+    kernel, runs = task.kernel(effects), task.runs
     own = _own(kernel, task)
     known = {v.name for v in kernel.parameters}
     parameters = fit_parameters(kernel, task.preset, {n: v for n, v in task.values.items() if n in known})
@@ -268,13 +282,29 @@ def as_given(task: Task, effects: Sequence[str]) -> Fitted:
                 f"{task.model} gives no finite output on run {runs[k].name} at the given values -- expected values "
                 "from which it can run -- choose others with --set"
             )
-    return Fitted(task, tuple(effects), problem, descended(problem, start) if own else start)
+    _hold_what_is_forgotten(problem, start)
+    problem = replace(problem)  # without the lists of free parameters from before
+    return Fitted(task, tuple(effects), problem, descended(problem, start) if problem.own else start)
 
 
 def _own(kernel: Kernel, task: Task) -> tuple[str, ...]:
     """Fields of offsets and initial states that each run has of its own, but for those that are to stay."""
     fixed = {v.field for v in kernel.parameters if v.name in task.fixed}
     return tuple(f for f in per_run_fields(kernel) if f not in fixed)
+
+
+def _hold_what_is_forgotten(problem: Problem, start: FloatArray) -> None:
+    """States at the start that what is compared hardly remembers would wander."""
+    initial = getattr(kernel(problem.kernel.name).module, "INITIAL", ())
+    for name in [f for f in problem.own if problem.declared[f].name in initial]:
+        there, all_ = 0.0, 0.0
+        for k, run in enumerate(problem.runs):
+            row = start[k].copy()
+            row[problem.fields.index(name)] += 1e-6
+            change = np.nan_to_num(problem.played(k, row) - problem.played(k, start[k]))[:, problem.columns] ** 2
+            there, all_ = there + float(change[run.lead_time.size :].sum()), all_ + float(change.sum())
+        if there < REMEMBERED**2 * all_:
+            problem.parameters[name].vary = False
 
 
 def _hold_what_does_nothing(problem: Problem, sensitivities: Mapping[str, float]) -> None:

@@ -34,7 +34,7 @@ def thinned(model: Kernel, runs: Sequence[FitRun], rows: int = ROWS, shortest: i
     def step(run: FitRun) -> int:
         return max(1, min(total // rows, run.time.size // shortest, int(_samples_of_a_stroke(model, run) / STROKE)))
 
-    return [_every(run, step(run)) for run in runs]
+    return [run.every(step(run)) for run in runs]
 
 
 def _samples_of_a_stroke(model: Kernel, run: FitRun) -> float:
@@ -45,10 +45,6 @@ def _samples_of_a_stroke(model: Kernel, run: FitRun) -> float:
         return float(run.time.size)
     x = run.inputs[:, names.index(motion)]
     return run.time.size / (1.0 + np.count_nonzero(np.diff(np.signbit(x - x.mean()))))
-
-
-def _every(run: FitRun, m: int) -> FitRun:
-    return FitRun(run.name, *(np.ascontiguousarray(a[::m]) for a in (run.time, run.inputs, run.targets)))
 
 
 def motion_channel(model: Kernel) -> str:

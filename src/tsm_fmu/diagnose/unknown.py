@@ -140,7 +140,7 @@ def formula(
     seed : int
     """
     step = max(1, sum(r.size for r in residuals) // ROWS)
-    library = terms_of([c.every(step) for c in places], motion_unit, load_unit)
+    library = terms_of([c.part(slice(None, None, step)) for c in places], motion_unit, load_unit)
     parts = [r[::step] for r in residuals]
     matrix = np.column_stack([np.concatenate(term.values) for term in library])
     scale = np.sqrt(np.mean(matrix**2, axis=0))

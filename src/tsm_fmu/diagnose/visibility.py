@@ -15,6 +15,7 @@ import numpy as np
 from scipy.signal import chirp
 
 from ..chain_source import Attached
+from ..effects.coordinates import ANGLE
 from ..identify.problem import FitRun, FloatArray
 from ..kernel import Kernel, kernel
 from .candidates import LONG_STROKE, OF_A_TURN
@@ -137,7 +138,7 @@ def _strokes(t: FloatArray) -> FloatArray:
 
 
 def _inputs(fitted: Fitted, t: FloatArray, shape: FloatArray, travel: float) -> FloatArray:
-    """Every input at its mean, the motion and the load as in ordinary use."""
+    """Every input at its mean, the motion, the load and the sheath's angle as in ordinary use."""
     problem = fitted.problem
     model = kernel(problem.kernel.name)
     names = [v.name for v in problem.kernel.inputs]
@@ -168,6 +169,8 @@ def _inputs(fitted: Fitted, t: FloatArray, shape: FloatArray, travel: float) -> 
         column = names.index(load)
         size = max(0.5 * float(np.ptp(every[:, column])), 0.5 * float(np.abs(every[:, column]).max()))
         inputs[:, column] = inputs[:, column] + size * np.sin(2.0 * np.pi * 0.17 * t)
+    if ANGLE in names:
+        inputs[:, names.index(ANGLE)] *= 1.0 + 0.5 * np.sin(2.0 * np.pi * 0.071 * t)
     return inputs
 
 

@@ -14,11 +14,12 @@ from ..identify.problem import FitRun, FloatArray
 from ..identify.specification import fit_run, measured_channels
 from ..kernel import Kernel, kernel
 from ..record import Record
+from .beginning import beginning_note, compared
 from .candidates import possible, screen
 from .choice import MATERIAL, Choice, chosen, indistinct, leading, left
 from .coordinates import coordinates_of
 from .floors import Floors, floors_of, open_channels
-from .freedom import Start, freed, freedoms, untied, without
+from .freedom import Start, earned, freed, freedoms, untied, without
 from .gate import Gate, gate
 from .hypotheses import (
     Hypothesis,
@@ -34,7 +35,9 @@ from .hypotheses import (
 from .levels import Levels, coarse, with_levels
 from .locate import Place, locate
 from .passivity import sign_notes
+from .patches import without_patches
 from .response import places_of
+from .sheath_angle import listening
 from .study import Fitted, Task, as_given, refit
 from .summary import Candidate, candidates_of
 from .thinning import motion_channel, searched
@@ -108,6 +111,14 @@ class Diagnosis:
         return [id_of(spec) for spec in self.effects]
 
     @property
+    def placed(self) -> set[str]:
+        """Ids of effects that have a place in the model with these channels; of others nothing can be said."""
+        if self.given is None:
+            return set(self.not_excited)
+        inputs = [v.name for v in self.given.problem.kernel.inputs]
+        return {a.module.NAME for a in possible(self.given.model, self.channels, (), inputs)}
+
+    @property
     def answered(self) -> set[str]:
         """Ids that the answer holds: named, or in a set."""
         return {*self.ids}.union(*self.equivalent)
@@ -144,8 +155,9 @@ def diagnose(
         Runs that do not fit the model, values from which it cannot run, a held-out run that is too short.
     """
     records = [*measured, *reference, *holdout]
+    model, bend, said_of_it = listening(model, records)
     channels = measured_channels(model, records)
-    everything = [fit_run(model, record, channels, cutoff) for record in records]
+    everything = [compared(model, fit_run(model, record, channels, cutoff)) for record in records]
     runs, held = everything[: len(measured)], everything[len(measured) + len(reference) :]
     references = everything[len(measured) : len(measured) + len(reference)]
     said("gate")
@@ -158,9 +170,10 @@ def diagnose(
     span = max(float(np.ptp(coordinates_of(model, run, None).x)) for run in runs) or 1.0
     start = {"motion.x_pre": PRESLIDING[1] * span} | dict(values or {})
     limits = {"motion.x_pre": (PRESLIDING[0] * span, PRESLIDING[2] * span)}
-    task = Task(model.name, searched(model, runs), channels, start, preset, tuple(fixed), limits=limits)
+    task = Task(model.name, searched(model, runs), channels, start, preset, tuple(fixed), limits=limits, bend=bend)
     found = work.on(task, searched(model, references))
-    return replace(found, gate=passed, runs=runs, holdout=held)
+    notes = (*found.notes, *said_of_it, *beginning_note([*runs, *held]))
+    return replace(found, gate=passed, runs=runs, holdout=held, notes=notes)
 
 
 @dataclass(frozen=True)
@@ -183,7 +196,7 @@ class _Work:
         if references:
             self.said("reference runs")
             calm = freed(self._baseline(replace(task, runs=references)), free)
-            base = replace(base, task=replace(base.task, form=calm.rmse))
+            base = replace(base, task=replace(base.task, form=calm.rmse, earned=earned(calm, free)))
         base = replace(base, task=replace(base.task, gap=base.rmse))
         plain = hypothesis((), base, (), self.held)
         start = hypothesis((), freed(base, free), free, self.held)
@@ -194,6 +207,10 @@ class _Work:
             plain, *hypotheses = together(folded, [plain, start, *best])
         choice, levels = chosen(hypotheses, plain), coarse(self.runs, self.channels, base.spread)
         floors = floors_of(choice, base, calm, [one.channel for one in levels])
+        if floors.open_.any() and not floors.unexplained.any():
+            self.said("patches")
+            fewer = without_patches(choice, hypotheses, floors.open_, self.held)
+            choice, floors = (fewer, floors) if fewer else (choice, replace(floors, unexplained=floors.open_))
         there = {id_of(spec) for spec in self.effects}
         absent = [m.NAME for m in EFFECTS if m.NAME not in there]
         unseen = unexcited(base, self._possible(()), choice.best, absent)
@@ -290,7 +307,7 @@ class _Work:
         rest = tuple(dict.fromkeys(e for ids in sets for e in ids if e not in common))
         unseen = tuple(e for e in result.not_excited if all(e not in ids for ids in sets))
         assert result.final is not None
-        notes = (*result.notes, *sign_notes(result.final))
+        notes = (*result.notes, *sign_notes(result.final), *self._left_notes(floors))
         result = replace(result, not_excited=unseen, equivalent=(rest,) if rest else (), notes=notes)
         common += [id_of(one.spec) for one in levels]
         if not common:
@@ -336,6 +353,12 @@ class _Work:
         unit = units.get(motion_channel(base), "1").removesuffix("/s")
         load = units.get(getattr(base.module, "LOAD", ""), "1")
         return tuple(locate(fitted.residuals, places_of(fitted), self.channels, unit, load, self.seed))
+
+    def _left_notes(self, floors: Floors) -> tuple[str, ...]:
+        return tuple(
+            f"what is left of {channel} is no noise: the law of the rig is not quite that of the answer"
+            for channel, is_open in zip(self.channels, floors.open_, strict=True) if is_open
+        )  # fmt: skip
 
     def _notes(self, base: Fitted) -> tuple[str, ...]:
         notes = []

@@ -47,12 +47,34 @@ class FitRun:
     inputs : ndarray, shape (n, number of kernel inputs)
     targets : ndarray, shape (n, number of channels)
         Measured values of the fitted outputs, SI.
+    lead_time, lead_inputs : ndarray, shape (m,) and (m, number of kernel inputs)
+        What was before: simulated, but not compared.
     """
 
     name: str
     time: FloatArray
     inputs: FloatArray
     targets: FloatArray
+    lead_time: FloatArray = field(default_factory=lambda: np.empty(0))
+    lead_inputs: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+
+    @cached_property
+    def played(self) -> tuple[FloatArray, FloatArray]:
+        """Time and inputs of all that is simulated."""
+        if not self.lead_time.size:
+            return self.time, self.inputs
+        return np.append(self.lead_time, self.time), np.concatenate([self.lead_inputs, self.inputs])
+
+    def compared_from(self, first: int) -> FitRun:
+        """The same with the samples before ``first`` as what was before."""
+        lead, rest = slice(None, first), slice(first, None)
+        time, inputs, targets = (np.ascontiguousarray(a[rest]) for a in (self.time, self.inputs, self.targets))
+        return FitRun(self.name, time, inputs, targets, self.time[lead], self.inputs[lead])
+
+    def every(self, step: int) -> FitRun:
+        """The same at every so-many-th sample."""
+        parts = ("time", "inputs", "targets", "lead_time", "lead_inputs")
+        return replace(self, **{name: np.ascontiguousarray(getattr(self, name)[::step]) for name in parts})
 
 
 @dataclass(frozen=True)
@@ -145,13 +167,21 @@ class Problem:
 
     def outputs(self, run: int, row: FloatArray) -> FloatArray:
         """Simulated channels of one run, shape (n, channels); NaN from the row where the model stops."""
-        data = self.runs[run]
-        y = np.full((data.time.size, len(self.kernel.outputs)), np.nan)
+        return self.every_output(run, row)[:, self.columns]
+
+    def every_output(self, run: int, row: FloatArray) -> FloatArray:
+        """The same of all outputs of the kernel, shape (n, outputs)."""
+        return self.played(run, row)[self.runs[run].lead_time.size :]
+
+    def played(self, run: int, row: FloatArray) -> FloatArray:
+        """The same with what was before, shape (m + n, outputs)."""
+        time, inputs = self.runs[run].played
+        y = np.full((time.size, len(self.kernel.outputs)), np.nan)
         try:
-            compiled_run(self.kernel.module)(self.params(row), data.time, data.inputs, y)
+            compiled_run(self.kernel.module)(self.params(row), time, inputs, y)
         except (ValueError, ArithmeticError):
             y[:] = np.nan
-        return y[:, self.columns]
+        return y
 
     def residual(self, run: int, row: FloatArray) -> FloatArray:
         """Weighted residual of one run, averaged over blocks, channel by channel, shape (rows,)."""

@@ -10,7 +10,7 @@ from lmfit import Parameters
 
 from ..card import ModelCard
 from ..kernel import Kernel, kernel
-from ..models.contract import InputError
+from ..models.contract import InputError, with_unit
 from ..record import Record
 from .problem import FitRun
 
@@ -63,8 +63,8 @@ def fit_parameters(
         hi = min(quantity.hi, earlier.hi if earlier else math.inf)
         if not lo <= value <= hi:
             raise InputError(
-                f"start value {name} = {value!r} {quantity.unit} -- expected a value in the bounds [{lo:g}, {hi:g}] of "
-                "the card -- change one of them"
+                f"start value {name} = {with_unit(repr(value), quantity.unit)} -- expected a value in the bounds "
+                f"[{lo:g}, {hi:g}] of the card -- change one of them"
             )
         vary = variable.kind is float and name not in fixed and not (earlier and earlier.fixed) and lo < hi
         result.add(variable.field, value=float(value), vary=vary, min=lo, max=hi)
@@ -74,7 +74,7 @@ def fit_parameters(
 
 
 def per_run_fields(model: Kernel, shared: Collection[str] = (), offsets: Collection[str] = ()) -> tuple[str, ...]:
-    """Fields that have one value a run: offsets and initial states, which the model lists in ``PER_RUN``.
+    """Fields that have one value a run: offsets and initial states, the model's ``OFFSETS`` and ``INITIAL``.
 
     Parameters
     ----------
@@ -84,7 +84,8 @@ def per_run_fields(model: Kernel, shared: Collection[str] = (), offsets: Collect
     offsets : collection of str
         Further public names with one value a run, from `nuisance.with_nuisance`.
     """
-    declared = (*getattr(kernel(model.name).module, "PER_RUN", ()), *offsets)
+    module = kernel(model.name).module
+    declared = (*getattr(module, "OFFSETS", ()), *getattr(module, "INITIAL", ()), *offsets)
     for name in shared:
         if name not in declared:
             raise InputError(

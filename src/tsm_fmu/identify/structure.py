@@ -91,8 +91,7 @@ def linear_parameters(problem: Problem, seed: int = 0) -> frozenset[str]:
 
 def thinned(run: FitRun, rows: int) -> FitRun:
     """Every m-th row, about ``rows`` in all: enough where the excitation matters and the samples do not."""
-    m = max(1, run.time.size // rows)
-    return FitRun(run.name, *(np.ascontiguousarray(a[::m]) for a in (run.time, run.inputs, run.targets)))
+    return run.every(max(1, run.time.size // rows))
 
 
 def _step(problem: Problem, name: str, row: FloatArray, rng: np.random.Generator) -> float:

@@ -111,9 +111,14 @@ def check_bounds(declared: tuple[Variable, ...], values: Any) -> None:
         below = value < quantity.hi or (value == quantity.hi and not quantity.open_hi)
         if not (math.isfinite(value) and above and below):
             raise InputError(
-                f"parameter {variable.name} = {value!r} {quantity.unit} ({quantity.meaning}) -- expected "
+                f"parameter {variable.name} = {with_unit(repr(value), quantity.unit)} ({quantity.meaning}) -- expected "
                 f"{_interval(quantity)} -- choose a value inside"
             )
+
+
+def with_unit(number: str, unit: str) -> str:
+    """A number as text with its unit, none for 1."""
+    return number if unit == "1" else f"{number} {unit}"
 
 
 def _interval(quantity: Quantity) -> str:

@@ -23,7 +23,8 @@ from .contract import Preset, Quantity
 
 NAME = "PairedTsmBacklash"
 MOTION = "x_in"
-PER_RUN = ("x_0", "x_h_0")  # offset and initial state: identification gives each run its own
+OFFSETS = ("x_0",)  # identification gives each run its own
+INITIAL = ("x_h_0",)  # states at the start: likewise
 
 
 class Params(NamedTuple):

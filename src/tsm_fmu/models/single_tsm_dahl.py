@@ -62,6 +62,7 @@ __all__ = [
 NAME = "SingleTsmDahl"
 LOAD = "T_load"
 FRICTION_LIKE = "F"
+INITIAL = ("zeta_0",)  # state at the start: identification gives each run its own
 
 
 class Params(NamedTuple):

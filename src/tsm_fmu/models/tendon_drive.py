@@ -20,7 +20,8 @@ from .velocity_filter import filtered_slope
 
 NAME = "TendonDrive"
 MOTION = "x_in"
-PER_RUN = ("x_0", "x_h_0")  # offset and initial state: identification gives each run its own
+OFFSETS = ("x_0",)  # identification gives each run its own
+INITIAL = ("x_h_0",)  # states at the start: likewise
 LOAD = "tau_out"
 DRIVE = "tau_in"
 FRICTION_LIKE = "tau_in"

@@ -1,0 +1,53 @@
+"""The beginning of a run: what the rig did before it is not in the log, and friction remembers it.
+
+A presliding state forgets where it began as exp(-travel / x_pre), whatever its law. Until the drive has moved by a few
+presliding distances, its friction belongs to that unknown past; a run is compared from there on, and simulated from
+its first sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..identify.problem import FitRun
+from ..kernel import Kernel
+from .thinning import motion_channel
+
+MOVED = 0.1
+"""Part of a run's stroke that the drive must have moved: five presliding distances of the usual size."""
+LONGEST = 0.5
+"""Part of a run's samples that are left out at most."""
+
+
+def compared(model: Kernel, run: FitRun) -> FitRun:
+    """The run, compared from where the drive has forgotten its past.
+
+    Parameters
+    ----------
+    model : Kernel
+    run : FitRun
+    """
+    channel = motion_channel(model)
+    if not channel:
+        return run
+    x = run.inputs[:, [v.name for v in model.inputs].index(channel)]
+    if channel == "v":
+        x = np.cumsum(x * np.diff(run.time, prepend=run.time[0]))
+    low, high = np.quantile(x, [0.05, 0.95])
+    moved = np.maximum.accumulate(x) - np.minimum.accumulate(x)
+    first = int(np.searchsorted(moved, MOVED * (high - low)))
+    return run.compared_from(min(first, int(LONGEST * run.time.size)))
+
+
+def beginning_note(runs: Sequence[FitRun]) -> tuple[str, ...]:
+    """What a user should know of it, one sentence; nothing where all runs are compared from their first sample."""
+    left_out = [run.time[0] - run.lead_time[0] if run.lead_time.size else 0.0 for run in runs]
+    if not any(left_out):
+        return ()
+    low, high = f"{min(left_out):.2g}", f"{max(left_out):.2g}"
+    return (
+        f"each run is compared from {low if low == high else f'{low} to {high}'} s after its start, once the drive has "
+        f"moved by {100.0 * MOVED:.0f} % of its stroke: before, its friction is that of a past which is not in the log",
+    )

@@ -1,0 +1,34 @@
+"""The bending angle of the sheath: an input of no model, but of an effect; a log may hold it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..chain import chain
+from ..effects.coordinates import ANGLE
+from ..kernel import Kernel, kernel
+from ..record import Record
+
+
+def listening(model: Kernel, records: Sequence[Record]) -> tuple[Kernel, bool, tuple[str, ...]]:
+    """The model with an input for the angle, where every run has it and an effect could use it.
+
+    Parameters
+    ----------
+    model : Kernel
+    records : sequence of Record
+
+    Returns
+    -------
+    Kernel
+    bool
+        Whether it has that input.
+    tuple of str
+        What a user should know of it.
+    """
+    without_it = [record.name for record in records if ANGLE not in record.columns]
+    if not hasattr(kernel(model.name).module, "LOAD") or len(without_it) == len(records):
+        return model, False, ()
+    if without_it:
+        return model, False, (f"{ANGLE} is not in {', '.join(without_it)}: bend_angle is not tried",)
+    return chain(model.name, tuple(getattr(model.module, "EFFECTS", ())), bend=True), True, ()

@@ -1,0 +1,32 @@
+"""A sheath's angle in the log becomes an input of the model, if all runs have it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tsm_fmu.chain import chain
+from tsm_fmu.diagnose.sheath_angle import listening
+from tsm_fmu.kernel import kernel
+from tsm_fmu.record import Record
+
+T = np.arange(9) * 0.1
+WITH = Record("with", T, {"x_in": T, "Theta": T}, {"x_in": "rad", "Theta": "rad"})
+WITHOUT = Record("without", T, {"x_in": T}, {"x_in": "rad"})
+
+
+def test_a_model_listens_only_if_every_run_has_the_angle_and_it_has_a_load() -> None:
+    drive = kernel("TendonDrive")
+    model, bend, said = listening(drive, [WITH, WITH])
+    assert ([v.name for v in model.inputs], bend, said) == (["x_in", "tau_out", "Theta"], True, ())
+    assert listening(drive, [WITHOUT]) == (drive, False, ())
+    assert listening(drive, [WITH, WITHOUT]) == (
+        drive, False, ("Theta is not in without: bend_angle is not tried",),
+    )  # fmt: skip
+    backlash = kernel("PairedTsmBacklash")
+    assert listening(backlash, [WITH]) == (backlash, False, ())
+
+
+def test_a_model_keeps_its_effects() -> None:
+    model, bend, _ = listening(chain("TendonDrive", ("inertia",)), [WITH])
+    assert bend
+    assert model.module.EFFECTS == ("inertia",)
