@@ -33,7 +33,8 @@ def made(
     """What leaves ``rmse`` (of the spread) on one channel; ``added`` are ids with blanks between."""
     fitted: Any = SimpleNamespace(
         spread=np.array([unit]), rmse=np.array([rmse * unit]), effects=tuple(added.split()),
-        problem=SimpleNamespace(shared=tuple(range(parameters))), task=SimpleNamespace(form=np.array([form * unit])),
+        problem=SimpleNamespace(shared=tuple(range(parameters))),
+        task=SimpleNamespace(form=np.array([form * unit]), earned={}),
     )  # fmt: skip
     square = (None if held is None else np.array([(held * unit) ** 2]), np.array([effective]), np.array([effective]))
     one = Hypothesis(tuple(added.split()), fitted, (), np.array([(rmse * unit) ** 2]), *square)
@@ -150,6 +151,16 @@ def test_a_freedom_that_does_much_is_an_effect_as_any_other() -> None:
     assert names(chosen([plain, with_lag, alone], plain)) == [("creep",)]
     only_lag = made("", 0.03, freedoms={"sensor_lag@F": 0.29})
     assert names(chosen([only_lag], plain)) == [("sensor_lag@F",)]
+
+
+def test_the_shape_after_a_reversal_is_form_unless_it_is_much_and_not_in_reference_runs() -> None:
+    assert made("", 0.03, freedoms={"presliding_shape": 0.079}).effects == ()
+    much = made("", 0.03, freedoms={"presliding_shape": 0.083})
+    assert much.effects == ("presliding_shape",)
+    much = made("", 0.03, freedoms={"presliding_shape": 0.083})
+    much.fitted.task.earned["presliding_shape"] = np.array([0.084 * SPREAD])  # pyright: ignore[reportIndexIssue]
+    assert much.effects == ()
+    assert much.bends  # it may stand for another effect all the same
 
 
 def test_the_choice_does_not_hang_on_the_unit() -> None:

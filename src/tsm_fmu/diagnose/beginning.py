@@ -1,8 +1,8 @@
 """The beginning of a run: what the rig did before it is not in the log, and friction remembers it.
 
 A presliding state forgets where it began as exp(-travel / x_pre), whatever its law. Until the drive has moved by a few
-presliding distances, its friction belongs to that unknown past; a run is compared from there on, and simulated from
-its first sample.
+presliding distances, its friction belongs to that unknown past; a run whose friction is measured is compared from there
+on, and simulated from its first sample.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..identify.problem import FitRun
-from ..kernel import Kernel
+from ..kernel import Kernel, kernel
 from .thinning import motion_channel
 
 MOVED = 0.1
@@ -21,16 +21,18 @@ LONGEST = 0.5
 """Part of a run's samples that are left out at most."""
 
 
-def compared(model: Kernel, run: FitRun) -> FitRun:
+def compared(model: Kernel, run: FitRun, channels: Sequence[str]) -> FitRun:
     """The run, compared from where the drive has forgotten its past.
 
     Parameters
     ----------
     model : Kernel
     run : FitRun
+    channels : sequence of str
+        Measured ones.
     """
     channel = motion_channel(model)
-    if not channel:
+    if not channel or not friction_channels(model) & set(channels):
         return run
     x = run.inputs[:, [v.name for v in model.inputs].index(channel)]
     if channel == "v":
@@ -39,6 +41,17 @@ def compared(model: Kernel, run: FitRun) -> FitRun:
     moved = np.maximum.accumulate(x) - np.minimum.accumulate(x)
     first = int(np.searchsorted(moved, MOVED * (high - low)))
     return run.compared_from(min(first, int(LONGEST * run.time.size)))
+
+
+def friction_channels(model: Kernel) -> set[str]:
+    """Outputs of a model that its friction is in."""
+    module = kernel(model.name).module
+    if not hasattr(module, "with_friction"):
+        return set()
+    p, u = module.Params(), module.Inputs(*(1.0 for _ in module.Inputs._fields))
+    _, o = module.start(p, u)
+    other = module.with_friction(p, u, o, module.friction_in(p, u, o) + 1.0)
+    return {v.name for v, one, two in zip(kernel(model.name).outputs, o, other, strict=True) if one != two}
 
 
 def beginning_note(runs: Sequence[FitRun]) -> tuple[str, ...]:

@@ -245,19 +245,31 @@ def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[
     for spec in fitted.effects:
         if spec not in asked or float(fitted.share_of(spec).max()) < SMALL:
             continue
-        least = np.maximum((SHAPE if spec in ON_FRICTION else SMALL) * fitted.spread, form)
-        least = np.maximum(least, fitted.task.earned.get(spec, 0.0))
         less = without(fitted, spec, free)
-        if not (removed(less, fitted) > least).any():
+        if not (removed(less, fitted) > np.maximum(SMALL * fitted.spread, form)).any():
             continue
         less = min(less, without(fitted, spec, free, as_given=True), key=lambda f: f.cost)
         gone = removed(less, fitted)
         added = [e for e in fitted.effects if e not in free]
         if looks_like(spec, added) and not nearly_gone(less.rmse**2, fitted.rmse**2).any():
             continue  # beside what it hides behind it corrects the form of a law
-        if (gone > least).any():
+        if (gone > np.maximum(SMALL * fitted.spread, form)).any():
             found[spec] = float(np.max(gone / np.maximum(fitted.spread, 1e-300))), less
     return found
+
+
+def is_form(spec: str, share: float, task: Task, spread: FloatArray) -> bool:
+    """Whether a freedom that removes this part of a channel's spread is the form of the model, and no effect.
+
+    Parameters
+    ----------
+    spec : str
+    share : float
+    task : Task
+    spread : ndarray, shape (channels,)
+    """
+    there = float(np.max(task.earned.get(spec, np.zeros(1)) / np.maximum(spread, 1e-300)))
+    return spec in ON_FRICTION and share <= max(SHAPE, there)
 
 
 def earned(calm: Fitted, free: Sequence[str]) -> dict[str, FloatArray]:

@@ -15,7 +15,7 @@ from ..identify.fit import SETTLING
 from ..identify.problem import FitRun, FloatArray
 from ..models.contract import InputError
 from .candidates import Screened
-from .freedom import Start, best_of, extended, material, without
+from .freedom import Start, best_of, extended, is_form, material, without
 from .study import Fitted, effective_samples, rms
 from .thinning import thinned
 
@@ -76,11 +76,18 @@ class Hypothesis:
     @cached_property
     def material(self) -> dict[str, float]:
         """Freedoms that are effects of their own, by what they remove."""
-        return {spec: removed for spec, (removed, _) in self._material.items()}
+        task, spread = self.fitted.task, self.fitted.spread
+        used = ((spec, removed) for spec, (removed, _) in self._material.items())
+        return {spec: removed for spec, removed in used if not is_form(spec, removed, task, spread)}
+
+    @property
+    def bends(self) -> bool:
+        """Whether a freedom removes as much as an effect of its own, form or not: it may stand for another effect."""
+        return bool(self._material)
 
     @cached_property
     def bare(self) -> Fitted:
-        """The fit without the freedoms that are effects of their own: what else could be there instead?"""
+        """The fit without the freedoms that remove as much as an effect: what else could be there instead?"""
         fitted = self.fitted
         if len(self._material) == 1:
             return next(iter(self._material.values()))[1]

@@ -63,6 +63,12 @@ def coarse(runs: Sequence[FitRun], channels: Sequence[str], spread: FloatArray) 
     return found
 
 
+def step_noise(levels: Sequence[Levels], channels: Sequence[str]) -> FloatArray:
+    """RMS that the steps make of each channel, zero without: an effect below that is not seen."""
+    steps = {one.channel: one.q for one in levels}
+    return np.array([steps.get(channel, 0.0) / np.sqrt(12.0) for channel in channels])
+
+
 def with_levels(fitted: Fitted, levels: Sequence[Levels]) -> Fitted:
     """A fit whose channels have these levels; nothing else changes."""
     base, old = kernel(fitted.model), fitted.problem

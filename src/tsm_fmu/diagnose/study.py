@@ -185,8 +185,8 @@ class Task:
     zeros : mapping of str to float
         See `freedom.tied`.
     form : ndarray, shape (channels,)
-        Gap of the refitted model on reference runs [RMS], zero without any: an effect that removes no more than that
-        corrects the form of the model.
+        Gap of the refitted model on reference runs [RMS], or the noise of a channel's steps if that is more; zero
+        without either. An effect that removes no more than that corrects the form of the model.
     gap : ndarray, shape (channels,)
         What the refitted baseline leaves [RMS]; zero until it is known.
     earned : mapping of str to ndarray, shape (channels,)

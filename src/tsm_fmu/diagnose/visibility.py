@@ -19,6 +19,7 @@ from ..effects.coordinates import ANGLE
 from ..identify.problem import FitRun, FloatArray
 from ..kernel import Kernel, kernel
 from .candidates import LONG_STROKE, OF_A_TURN
+from .choice import MATERIAL
 from .hypotheses import Hypothesis
 from .response import Responses
 from .study import Fitted, rms
@@ -28,8 +29,6 @@ SIZE = 0.05
 FREQUENCY = 1.0
 """Highest frequency of a full stroke in ordinary use [Hz]; tendon-sheath drives of robots and exosuits reach it."""
 TURNS = 1.5
-SEEN = 0.01
-"""Part of a channel's spread that a response must reach: less is within the form of any model."""
 EVIDENCE = 16.0
 """Twice the log likelihood that it must gain."""
 CONTAINED = 0.03
@@ -56,7 +55,7 @@ def unexcited(
     seen = dict.fromkeys(offered, False) | {c.module.NAME: False for c in candidates}
     contained = dict.fromkeys(seen, True)
     short = base.at(thinned(base.problem.kernel, base.problem.runs, ROWS, ROWS // 10))
-    detect = np.maximum(SEEN, np.sqrt(EVIDENCE / best.effective) * best.fitted.rmse / base.spread)
+    detect = np.maximum(MATERIAL, np.sqrt(EVIDENCE / best.effective) * best.fitted.rmse / base.spread)
     plain = _Compared(short, base.spread, ordinary(short, 0.0))
     turning = None
     for one in candidates:

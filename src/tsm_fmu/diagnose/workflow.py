@@ -32,7 +32,7 @@ from .hypotheses import (
     together,
     tried,
 )
-from .levels import Levels, coarse, with_levels
+from .levels import Levels, coarse, step_noise, with_levels
 from .locate import Place, locate
 from .passivity import sign_notes
 from .patches import without_patches
@@ -157,7 +157,7 @@ def diagnose(
     records = [*measured, *reference, *holdout]
     model, bend, said_of_it = listening(model, records)
     channels = measured_channels(model, records)
-    everything = [compared(model, fit_run(model, record, channels, cutoff)) for record in records]
+    everything = [compared(model, fit_run(model, record, channels, cutoff), channels) for record in records]
     runs, held = everything[: len(measured)], everything[len(measured) + len(reference) :]
     references = everything[len(measured) : len(measured) + len(reference)]
     said("gate")
@@ -197,7 +197,9 @@ class _Work:
             self.said("reference runs")
             calm = freed(self._baseline(replace(task, runs=references)), free)
             base = replace(base, task=replace(base.task, form=calm.rmse, earned=earned(calm, free)))
-        base = replace(base, task=replace(base.task, gap=base.rmse))
+        levels = coarse(self.runs, self.channels, base.spread)
+        form = np.maximum(base.task.form, step_noise(levels, self.channels))
+        base = replace(base, task=replace(base.task, gap=base.rmse, form=form))
         plain = hypothesis((), base, (), self.held)
         start = hypothesis((), freed(base, free), free, self.held)
         hypotheses = self._hypotheses(start, plain, calm)
@@ -205,7 +207,7 @@ class _Work:
             self.said("runs left out in turn")
             best = sorted(hypotheses[1:], key=left)[:FOLDED]
             plain, *hypotheses = together(folded, [plain, start, *best])
-        choice, levels = chosen(hypotheses, plain), coarse(self.runs, self.channels, base.spread)
+        choice = chosen(hypotheses, plain)
         floors = floors_of(choice, base, calm, [one.channel for one in levels])
         if floors.open_.any() and not floors.unexplained.any():
             self.said("patches")
@@ -284,7 +286,7 @@ class _Work:
             choice = chosen(found, plain)
             if len(choice.winner.effects) < len(now.added):
                 break  # one more did not help
-            if not choice.winner.material and not open_channels(choice.winner, plain.fitted, calm).any():
+            if not choice.winner.bends and not open_channels(choice.winner, plain.fitted, calm).any():
                 break  # nothing is left to explain, and nothing explained by what is rather a nuisance
         return found
 
