@@ -51,10 +51,10 @@ def test_a_field_without_quantity_is_a_defect() -> None:
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"share": 0.0}, r"parameter share = 0\.0 1 \(share of power\) -- expected a value in \(0, 1\] -- "),
+        ({"share": 0.0}, r"parameter share = 0\.0 \(share of power\) -- expected a value in \(0, 1\] -- "),
         ({"share": 1.0000001}, r"parameter share = 1\.0000001 .* expected a value in \(0, 1\]"),
         ({"slope": 0.0}, r"parameter slope = 0\.0 1/rad \(slope\) -- expected a value in \(-inf, 0\) -- "),
-        ({"count": 9}, r"parameter count = 9 1 \(number of layers\) -- expected a value in \[1, 8\] -- "),
+        ({"count": 9}, r"parameter count = 9 \(number of layers\) -- expected a value in \[1, 8\] -- "),
         ({"lambda_": math.inf}, r"parameter lambda = inf rad/s .* expected a finite number -- "),
         ({"lambda_": math.nan}, r"parameter lambda = nan rad/s .* expected a finite number -- "),
         ({"creep__tau": -1e-300}, r"parameter creep\.tau = -1e-300 s .* expected a value in \[0, inf\)? -- "),

@@ -28,7 +28,7 @@ def test_kernel_of_unknown_name_lists_the_models() -> None:
         (None, {"alpha": "ten"}, r"parameter alpha = 'ten' -- expected a number \[1/rad\]"),
         (None, {"alpha": None}, r"parameter alpha = None -- expected a number \[1/rad\]"),
         (None, {"alpha": math.nan}, r"parameter alpha = nan -- expected a number"),
-        (None, {"c": math.inf}, r"parameter c = inf 1 .* expected a value in"),
+        (None, {"c": math.inf}, r"parameter c = inf .* expected a value in"),
         (None, {"beta": -1.7}, r"beta = -1\.7 with c = 1\.00056 gives B = .* -- expected B > 0 .* -- raise beta"),
     ],
 )

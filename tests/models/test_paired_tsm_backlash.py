@@ -118,8 +118,8 @@ def test_motion_starts_where_it_is_and_the_offset_only_shifts():
     ("values", "expected"),
     [
         ({"alpha": 0.0}, r"parameter alpha = 0.0 1/rad .* -- expected a value in \(0, inf\)"),
-        ({"c": -1.1}, r"parameter c = -1.1 1 .* -- expected a value in \(0, inf\)"),
-        ({"beta": 0.0}, r"parameter beta = 0.0 1 .* -- expected a value in \(-inf, 0\)"),
+        ({"c": -1.1}, r"parameter c = -1.1 .* -- expected a value in \(0, inf\)"),
+        ({"beta": 0.0}, r"parameter beta = 0.0 .* -- expected a value in \(-inf, 0\)"),
         ({"beta": -1.3}, r"beta = -1.3 with c = 1.00056 gives B = .* -- expected B > 0 .* -- raise beta above -c"),
     ],
 )
