@@ -50,6 +50,19 @@ def test_list_names_every_variable_with_its_unit(capsys):
     assert "1/rad" in shown
 
 
+def test_list_of_one_model_or_effect_has_its_equations_and_nothing_else(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "50")
+    assert run(["list", "TendonDrive"]) == 0
+    shown = capsys.readouterr().out
+    assert "tau_in = ratio tau_out + g_LuGre(v_in)" in shown
+    assert "PairedTsmFriction" not in shown
+    assert run(["list", "stiffness_hardening"]) == 0
+    assert " stiffness_hardening " in capsys.readouterr().out  # not cut on a narrow screen
+    assert run(["list", "inertia", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+    assert (listed["models"], list(listed["effects"])) == ({}, ["inertia"])
+
+
 def test_python_dash_m_is_the_same_program():
     done = subprocess.run([sys.executable, "-m", "tsm_fmu", "--version"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout.strip()) == (0, __version__)

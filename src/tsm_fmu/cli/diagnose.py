@@ -89,10 +89,10 @@ def _print(found: Diagnosis, data: dict[str, Any]) -> None:
             closes = ["" if x is None else f"{x:.3f}" for x in (c.closure_measured, c.closure_holdout)]
             table.add_row(c.spec, f"{c.score:.1f}", *closes)
         console.print(table)
-    for said, placed in (("These runs could not show", True), ("No place in the model with these channels", False)):
-        ids = [e for e in found.not_excited if (e in found.placed) is placed]
-        if ids:
-            console.print(f"{said}: {', '.join(ids)}.")
+    if found.hidden:
+        console.print(f"These runs could not show: {', '.join(found.hidden)}.")
+    if found.unplaced:
+        console.print(f"No place in the model with these channels: {', '.join(found.unplaced)}.")
     for note in found.notes:
         console.print(f"Note: {note}.")
     console.print(f"report {data['report']}", soft_wrap=True)

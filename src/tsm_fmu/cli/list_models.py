@@ -42,10 +42,11 @@ def list_models(
 
 def _variables(k: Kernel) -> Table:
     table = Table(title=f"{k.name}  (presets: {', '.join(k.presets) or 'none'})", title_justify="left")
-    for heading in ("", "variable", "unit", "start", "bounds", "meaning"):
-        table.add_column(
-            heading, no_wrap=heading == "variable", min_width=_longest(k) if heading == "variable" else None
-        )
+    names = [v.name for v in (*k.inputs, *k.outputs, *k.parameters)]
+    table.add_column("")
+    table.add_column("variable", no_wrap=True, min_width=max(map(len, names)))
+    for heading in ("unit", "start", "bounds", "meaning"):
+        table.add_column(heading)
     for role in ("inputs", "outputs", "parameters"):
         for v in getattr(k, role):
             start = f"{v.start:g}" if role == "parameters" else ""
@@ -62,10 +63,6 @@ def _effects(effects: Sequence[Kernel]) -> Table:
         names = ", ".join(f"{v.name} [{v.quantity.unit}]" for v in k.parameters)
         table.add_row(k.name, ", ".join(k.module.PLACES), k.module.SIGNATURE, escape(names))
     return table
-
-
-def _longest(k: Kernel) -> int:
-    return max(len(v.name) for v in (*k.inputs, *k.outputs, *k.parameters))
 
 
 def _described_effect(k: Kernel) -> dict[str, Any]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..identify.problem import FitRun
 from ..kernel import Kernel, kernel
+from .coordinates import position_of
 from .thinning import motion_channel
 
 MOVED = 0.1
@@ -31,12 +32,9 @@ def compared(model: Kernel, run: FitRun, channels: Sequence[str]) -> FitRun:
     channels : sequence of str
         Measured ones.
     """
-    channel = motion_channel(model)
-    if not channel or not friction_channels(model) & set(channels):
+    if not motion_channel(model) or not friction_channels(model) & set(channels):
         return run
-    x = run.inputs[:, [v.name for v in model.inputs].index(channel)]
-    if channel == "v":
-        x = np.cumsum(x * np.diff(run.time, prepend=run.time[0]))
+    x = position_of(model, run.time, run.inputs)
     low, high = np.quantile(x, [0.05, 0.95])
     moved = np.maximum.accumulate(x) - np.minimum.accumulate(x)
     first = int(np.searchsorted(moved, MOVED * (high - low)))

@@ -65,16 +65,14 @@ def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: 
     names = [v.name for v in kernel.inputs]
     channel = motion_channel(kernel)
     time, inputs = run.played
-    dt = np.diff(time, prepend=time[0])
-    motion = inputs[:, names.index(channel)] if channel else np.zeros(time.size)
-    x = np.cumsum(motion * dt) if channel == "v" else motion
+    x = position_of(kernel, time, inputs)
     span = float(np.ptp(x)) or 1.0
-    lag = 0.0 if channel == "v" else 2.0 * float(np.median(dt[1:]))
+    lag = 0.0 if channel == "v" else 2.0 * float(np.median(np.diff(time)))
     x_pre = x_pre or 0.02 * span
     p = MOTION.params(None, {"x_pre": x_pre, "tau_v": lag, "tau_a": 2.0 * lag})
     _, v, a, s, z = MOTION.simulate(p, time, x[:, None]).T
     if channel == "v":
-        v = motion
+        v = inputs[:, names.index(channel)]
     if "a" in names:
         a = inputs[:, names.index("a")]
     turned = np.flatnonzero(np.diff(_settled_direction(x, 0.002 * span))) + 1
@@ -82,6 +80,15 @@ def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: 
     since = np.where(last >= 0, np.abs(x - x[turned[np.maximum(last, 0)]]) if turned.size else span, span)
     full = Coordinates(x, v, a, s, z, np.full(x.size, x_pre), since, _last_hold(v, time), None, time)
     return replace(full.part(slice(run.lead_time.size, None)), load=load)
+
+
+def position_of(kernel: Kernel, time: FloatArray, inputs: FloatArray) -> FloatArray:
+    """Position of the input motion, the travel where the input is a speed; zero for a model without motion."""
+    channel = motion_channel(kernel)
+    if not channel:
+        return np.zeros(time.size)
+    motion = inputs[:, [v.name for v in kernel.inputs].index(channel)]
+    return np.cumsum(motion * np.diff(time, prepend=time[0])) if channel == "v" else motion
 
 
 def coordinate_units(kernel: Kernel) -> tuple[str, str]:

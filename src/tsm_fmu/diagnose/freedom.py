@@ -246,15 +246,15 @@ def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[
         if spec not in asked or float(fitted.share_of(spec).max()) < SMALL:
             continue
         less = without(fitted, spec, free)
-        if not (removed(less, fitted) > np.maximum(SMALL * fitted.spread, form)).any():
+        if not (_removed(less, fitted) > np.maximum(SMALL * fitted.spread, form)).any():
             continue
         less = min(less, without(fitted, spec, free, as_given=True), key=lambda f: f.cost)
-        gone = removed(less, fitted)
+        removed = _removed(less, fitted)
         added = [e for e in fitted.effects if e not in free]
         if looks_like(spec, added) and not nearly_gone(less.rmse**2, fitted.rmse**2).any():
             continue  # beside what it hides behind it corrects the form of a law
-        if (gone > np.maximum(SMALL * fitted.spread, form)).any():
-            found[spec] = float(np.max(gone / np.maximum(fitted.spread, 1e-300))), less
+        if (removed > np.maximum(SMALL * fitted.spread, form)).any():
+            found[spec] = float(np.max(removed / np.maximum(fitted.spread, 1e-300))), less
     return found
 
 
@@ -274,10 +274,10 @@ def is_form(spec: str, share: float, task: Task, spread: FloatArray) -> bool:
 
 def earned(calm: Fitted, free: Sequence[str]) -> dict[str, FloatArray]:
     """What the shape after a reversal removes on reference runs [RMS by channel], by spec: form, and no effect."""
-    return {spec: removed(without(calm, spec, free), calm) for spec in free if spec in ON_FRICTION}
+    return {spec: _removed(without(calm, spec, free), calm) for spec in free if spec in ON_FRICTION}
 
 
-def removed(before: Fitted, after: Fitted) -> FloatArray:
+def _removed(before: Fitted, after: Fitted) -> FloatArray:
     """RMS that is gone, by channel."""
     return np.sqrt(np.maximum(before.rmse**2 - after.rmse**2, 0.0))
 

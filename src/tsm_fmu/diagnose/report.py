@@ -217,19 +217,16 @@ def _not_excluded(found: Diagnosis) -> Section | None:
     parts, tables = [], []
     for ids in found.equivalent:
         parts.append(f"These runs cannot tell apart: {', '.join(words(e) for e in ids)}.")
-    if found.not_excited:
-        hidden = [e for e in found.not_excited if e in found.placed]
-        elsewhere = [e for e in found.not_excited if e not in found.placed]
-        if hidden:
-            rows = [(words(e), EXCITATION[e].shown_by, e) for e in hidden]
-            caption = "These runs could not show: too small in them, or taken up by the model's own parameters"
-            tables.append(Table(("effect", "what would show it", "id"), rows, caption))
-        if elsewhere:
-            model = found.final.model if found.final else "the model"
-            parts.append(
-                f"Nothing is said of these, which have no place in {model} with these channels: "
-                f"{', '.join(words(e) for e in elsewhere)}."
-            )
+    if found.hidden:
+        rows = [(words(e), EXCITATION[e].shown_by, e) for e in found.hidden]
+        caption = "These runs could not show: too small in them, or taken up by the model's own parameters"
+        tables.append(Table(("effect", "what would show it", "id"), rows, caption))
+    if found.unplaced:
+        model = found.final.model if found.final else "the model"
+        parts.append(
+            f"Nothing is said of these, which have no place in {model} with these channels: "
+            f"{', '.join(words(e) for e in found.unplaced)}."
+        )
     return Section("What could not be excluded", "\n\n".join(parts), tables) if parts or tables else None
 
 

@@ -10,7 +10,7 @@ from ..kernel import Kernel, kernel
 from ..record import Record
 
 
-def listening(model: Kernel, records: Sequence[Record]) -> tuple[Kernel, bool, tuple[str, ...]]:
+def listening(model: Kernel, records: Sequence[Record]) -> tuple[Kernel, tuple[str, ...]]:
     """The model with an input for the angle, where every run has it and an effect could use it.
 
     Parameters
@@ -21,14 +21,12 @@ def listening(model: Kernel, records: Sequence[Record]) -> tuple[Kernel, bool, t
     Returns
     -------
     Kernel
-    bool
-        Whether it has that input.
     tuple of str
         What a user should know of it.
     """
     without_it = [record.name for record in records if ANGLE not in record.columns]
     if not hasattr(kernel(model.name).module, "LOAD") or len(without_it) == len(records):
-        return model, False, ()
+        return model, ()
     if without_it:
-        return model, False, (f"{ANGLE} is not in {', '.join(without_it)}: bend_angle is not tried",)
-    return chain(model.name, tuple(getattr(model.module, "EFFECTS", ())), bend=True), True, ()
+        return model, (f"{ANGLE} is not in {', '.join(without_it)}: bend_angle is not tried",)
+    return chain(model.name, tuple(getattr(model.module, "EFFECTS", ())), bend=True), ()

@@ -295,6 +295,8 @@ def _own(kernel: Kernel, task: Task) -> tuple[str, ...]:
 
 def _hold_what_is_forgotten(problem: Problem, start: FloatArray) -> None:
     """States at the start that what is compared hardly remembers would wander."""
+    if not any(run.lead_time.size for run in problem.runs):
+        return  # all of each run is compared
     initial = getattr(kernel(problem.kernel.name).module, "INITIAL", ())
     for name in [f for f in problem.own if problem.declared[f].name in initial]:
         there, all_ = 0.0, 0.0

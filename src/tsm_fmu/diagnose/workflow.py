@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from ..chain import id_of
 from ..chain_source import Attached
 from ..effects import EFFECTS
+from ..effects.coordinates import ANGLE
 from ..identify.problem import FitRun, FloatArray
 from ..identify.specification import fit_run, measured_channels
 from ..kernel import Kernel, kernel
@@ -110,13 +112,19 @@ class Diagnosis:
         """Ids of the named effects, in the order added."""
         return [id_of(spec) for spec in self.effects]
 
-    @property
-    def placed(self) -> set[str]:
-        """Ids of effects that have a place in the model with these channels; of others nothing can be said."""
+    @cached_property
+    def unplaced(self) -> tuple[str, ...]:
+        """Those not excited that have no place in the model with these channels: nothing can be said of them."""
         if self.given is None:
-            return set(self.not_excited)
+            return ()
         inputs = [v.name for v in self.given.problem.kernel.inputs]
-        return {a.module.NAME for a in possible(self.given.model, self.channels, (), inputs)}
+        placed = {a.module.NAME for a in possible(self.given.model, self.channels, (), inputs)}
+        return tuple(e for e in self.not_excited if e not in placed)
+
+    @property
+    def hidden(self) -> tuple[str, ...]:
+        """The others of them: these runs could not show them."""
+        return tuple(e for e in self.not_excited if e not in self.unplaced)
 
     @property
     def answered(self) -> set[str]:
@@ -155,7 +163,7 @@ def diagnose(
         Runs that do not fit the model, values from which it cannot run, a held-out run that is too short.
     """
     records = [*measured, *reference, *holdout]
-    model, bend, said_of_it = listening(model, records)
+    model, said_of_angle = listening(model, records)
     channels = measured_channels(model, records)
     everything = [compared(model, fit_run(model, record, channels, cutoff), channels) for record in records]
     runs, held = everything[: len(measured)], everything[len(measured) + len(reference) :]
@@ -170,9 +178,10 @@ def diagnose(
     span = max(float(np.ptp(coordinates_of(model, run, None).x)) for run in runs) or 1.0
     start = {"motion.x_pre": PRESLIDING[1] * span} | dict(values or {})
     limits = {"motion.x_pre": (PRESLIDING[0] * span, PRESLIDING[2] * span)}
+    bend = ANGLE in [v.name for v in model.inputs]
     task = Task(model.name, searched(model, runs), channels, start, preset, tuple(fixed), limits=limits, bend=bend)
     found = work.on(task, searched(model, references))
-    notes = (*found.notes, *said_of_it, *beginning_note([*runs, *held]))
+    notes = (*found.notes, *said_of_angle, *beginning_note([*runs, *held]))
     return replace(found, gate=passed, runs=runs, holdout=held, notes=notes)
 
 
@@ -212,7 +221,10 @@ class _Work:
         if floors.open_.any() and not floors.unexplained.any():
             self.said("patches")
             fewer = without_patches(choice, hypotheses, floors.open_, self.held)
-            choice, floors = (fewer, floors) if fewer else (choice, replace(floors, unexplained=floors.open_))
+            if fewer is None:
+                floors = replace(floors, unexplained=floors.open_)
+            else:
+                choice = fewer
         there = {id_of(spec) for spec in self.effects}
         absent = [m.NAME for m in EFFECTS if m.NAME not in there]
         unseen = unexcited(base, self._possible(()), choice.best, absent)
