@@ -42,17 +42,19 @@ def ratios() -> Iterator[Ratio]:
 
 def _ratio(name: str, c_function: ctypes._CFuncPtr) -> Ratio:  # type: ignore[name-defined]
     k = kernel(name)
-    p, run = k.params(), compiled_run(k.module)
+    run = compiled_run(k.module)
     t = 1e-3 * np.arange(ROWS)
     random = np.random.default_rng(7)
     u = (0.4 * np.sin(2.1 * t) + 0.05 * np.sin(17.3 * t) + 1e-3 * random.standard_normal(ROWS))[:, None].copy()
     y, z = np.zeros((ROWS, len(k.outputs))), np.zeros((ROWS, len(k.outputs)))
-    arguments = [np.array(p, dtype=float), t, u, z]
+    table, spans, at = np.array([k.params()], dtype=float), np.array([[0, ROWS, 0]]), np.zeros(1, dtype=np.int64)
+    arguments = [table, t, u, z]
     pointers = [a.ctypes.data_as(ctypes.c_void_p) for a in arguments]
     rows = ctypes.c_long(ROWS)
 
     def ours() -> None:
-        run(p, t, u, y)
+        at[0] = 0
+        run(table, spans, t, u, y, at)
 
     def in_c() -> None:
         c_function(pointers[0], rows, *pointers[1:])

@@ -152,7 +152,7 @@ class Kernel:
         y = np.empty((t.size, len(self.outputs)))
         run = compiled_run(self.module) if compiled else _runner(self.module, self.module.start, self.module.step)
         try:
-            run(p, t, u, y)
+            run(np.array([p], dtype=float), np.array([[0, t.size, 0]]), t, u, y, np.zeros(1, dtype=np.int64))
         except (ValueError, ArithmeticError) as failure:
             advice = "" if " -- " in str(failure) else " -- expected finite numbers -- check parameters and inputs"
             raise InputError(f"{self.name} stopped: {failure}{advice}") from failure
@@ -161,7 +161,11 @@ class Kernel:
 
 @cache
 def compiled_run(module: ModuleType) -> Callable[..., None]:
-    """Compiled form of a kernel's loop over a record; ``run(p, t, u, y)`` fills ``y`` row by row.
+    """Compiled form of a kernel's loops over records; ``run(table, spans, t, u, y, at)`` fills ``y`` row by row.
+
+    ``table[i]`` holds the parameters of the i-th simulation, ``spans[i]`` its first row in ``t`` and ``u``, the one
+    after its last, and its first in ``y``. Simulations begin with that of number ``at[0]``, which counts them: after
+    a failure it is the one that failed. All of them run without the interpreter's lock.
 
     ``start`` and ``step`` are compiled by cloning them, and the functions they call, with numba's globals.
     """
@@ -171,10 +175,11 @@ def compiled_run(module: ModuleType) -> Callable[..., None]:
 def _njit(function: Any, called_from_python: bool = True) -> Any:
     from numba import njit  # heavy: only those who compile pay for the import
 
-    wrappers: dict[str, Any] = {"no_cpython_wrapper": not called_from_python, "no_cfunc_wrapper": True}  # costly
+    options: dict[str, Any] = {"no_cpython_wrapper": not called_from_python, "no_cfunc_wrapper": True}  # costly
+    options["forceinline"] = not called_from_python  # a state of many fields costs more to pass than to step
     with kept(function.__module__) as cache_it:
         on_disk = cache_it and os.path.isfile(function.__code__.co_filename)
-        return njit(error_model="numpy", nogil=True, cache=on_disk, **wrappers)(function)
+        return njit(error_model="numpy", nogil=True, cache=on_disk, **options)(function)
 
 
 @cache
@@ -189,21 +194,29 @@ def _clone(function: FunctionType) -> Any:
 
 
 def _runner(module: ModuleType, start: Any, step: Any) -> Any:
-    """The record loop, written out so that numba sees one named tuple per row."""
+    """The loops over records, written out so that numba sees one named tuple per row."""
 
     def row(k: str) -> str:
         return f"Inputs({', '.join(f'u[{k}, {j}]' for j in range(len(module.Inputs._fields)))})"
 
-    store = "\n".join(f"{{indent}}y[{{k}}, {j}] = o.{f}" for j, f in enumerate(module.Outputs._fields))
+    def stored(indent: str, k: str) -> str:
+        return "".join(f"{indent}y[{k}, {j}] = o.{f}\n" for j, f in enumerate(module.Outputs._fields))
+
+    values = ", ".join(f"{v.kind.__name__}(table[i, {j}])" for j, v in enumerate(variables(module.Params)))
     source = (
-        f"def run(p, t, u, y):\n"
-        f"    s, o = start(p, {row('0')})\n"
-        f"{store.format(indent='    ', k='0')}\n"
-        f"    for k in range(1, t.size):\n"
-        f"        s, o = step(p, s, {row('k')}, t[k] - t[k - 1])\n"
-        f"{store.format(indent='        ', k='k')}\n"
+        f"def run(table, spans, t, u, y, at):\n"
+        f"    for i in range(at[0], len(table)):\n"
+        f"        at[0] = i\n"
+        f"        p = Params({values})\n"
+        f"        first, end, to = spans[i, 0], spans[i, 1], spans[i, 2]\n"
+        f"        s, o = start(p, {row('first')})\n"
+        f"{stored('        ', 'to')}"
+        f"        for k in range(first + 1, end):\n"
+        f"            s, o = step(p, s, {row('k')}, t[k] - t[k - 1])\n"
+        f"{stored('            ', 'to + k - first')}"
     )
-    names: dict[str, Any] = {"__name__": module.__name__, "Inputs": module.Inputs, "start": start, "step": step}
+    names: dict[str, Any] = {"__name__": module.__name__, "start": start, "step": step}
+    names |= {"Params": module.Params, "Inputs": module.Inputs}
     name = f"loop_{module.__name__.rpartition('.')[2]}"
     file = written(name, source) if own(module.__name__) else f"<{name}>"
     exec(compile(source, file, "exec"), names)  # noqa: S102  our own text, no input in it

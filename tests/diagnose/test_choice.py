@@ -32,14 +32,14 @@ def made(
 ) -> Hypothesis:  # fmt: skip
     """What leaves ``rmse`` (of the spread) on one channel; ``added`` are ids with blanks between."""
     fitted: Any = SimpleNamespace(
-        spread=np.array([unit]), rmse=np.array([rmse * unit]), effects=tuple(added.split()),
+        spread=np.array([unit]), rmse=np.array([rmse * unit]), effects=(*added.split(), *(freedoms or ())),
         problem=SimpleNamespace(shared=tuple(range(parameters))),
         task=SimpleNamespace(form=np.array([form * unit]), earned={}),
     )  # fmt: skip
     square = (None if held is None else np.array([(held * unit) ** 2]), np.array([effective]), np.array([effective]))
-    one = Hypothesis(tuple(added.split()), fitted, (), np.array([(rmse * unit) ** 2]), *square)
-    one.__dict__["_material"] = {spec: (removed, fitted) for spec, removed in (freedoms or {}).items()}
-    return one
+    weighed: Any = {spec: (removed, fitted) for spec, removed in (freedoms or {}).items()}
+    measured = np.array([(rmse * unit) ** 2])
+    return Hypothesis(tuple(added.split()), fitted, tuple(weighed), measured, *square, weighed=weighed)
 
 
 def without(gain: float, before: float = 0.05) -> float:

@@ -26,14 +26,14 @@ def made(added: Sequence[str], left: Sequence[float], material: dict[str, float]
 
     class Left:
         task = Task("LuGreFriction", [], ("F",), {})
-        effects = ()
+        effects = (*added, *(material or ()))
         spread = np.ones(len(left))
         rmse = np.sqrt(left)
 
-    free = tuple(material or ())
-    one = Hypothesis(tuple(added), cast("Fitted", Left()), free, np.array(left), None, 50.0 * ONE, ONE)
-    one.__dict__["_material"] = {spec: (removed, one.fitted) for spec, removed in (material or {}).items()}
-    return one
+    fitted = cast("Fitted", Left())
+    weighed = {spec: (removed, fitted) for spec, removed in (material or {}).items()}
+    square = (np.array(left), None, 50.0 * ONE, ONE)
+    return Hypothesis(tuple(added), fitted, tuple(weighed), *square, weighed=dict(weighed))
 
 
 def test_an_effect_that_removes_less_than_is_left_is_a_patch() -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
+from scipy.linalg import qr
 from scipy.optimize import least_squares
 
 from ..identify.coordinates import Coordinates
@@ -21,7 +22,7 @@ TOLERANCE = 1e-4
 
 def cost(problem: Problem, table: FloatArray, zeros: Mapping[str, float] = NONE) -> float:
     """Weighted sum of squares; infinite where the model stops."""
-    total = sum(float(np.sum(problem.residual(k, table[k]) ** 2)) for k in range(len(problem.runs)))
+    total = sum(float(np.sum(r**2)) for r in problem.residuals(list(enumerate(table))))
     total += float(np.sum(apart(problem, table, zeros) ** 2))
     return total if np.isfinite(total) else np.inf
 
@@ -56,42 +57,89 @@ def descended(
     if not problem.shared and not own:
         return start
     coordinates = Coordinates(problem, problem.shared, own, scales, start)
-    last: list[FloatArray] = []  # where it was evaluated last, and what came out
-
-    def residual(q: FloatArray) -> FloatArray:
-        table = coordinates.table(q)
-        values = np.concatenate([*problem.residuals(list(enumerate(table))), apart(problem, table, zeros)])
-        last[:] = [q.copy(), np.nan_to_num(values, nan=1e6, posinf=1e6, neginf=-1e6)]
-        return last[1]
-
-    def jacobian(q: FloatArray) -> FloatArray:
-        base = last[1] if last and np.array_equal(last[0], q) else residual(q)
-        columns = np.zeros((base.size, q.size), order="F")  # filled by columns
-        for axes in _together(coordinates):
-            moved, steps = q.copy(), np.zeros(q.size)
-            for i in axes:
-                steps[i] = 1e-5 if q[i] + 1e-5 <= coordinates.hi[i] else -1e-5
-                moved[i] += steps[i]
-            change = residual(moved) - base
-            for i in axes:
-                rows = slice(None) if coordinates.axes[i].run is None else _rows(problem, coordinates.axes[i].run)
-                columns[rows, i] = change[rows] / steps[i]
-                if zeros and coordinates.axes[i].run is not None:  # of these, one run's value acts on all rows
-                    alone = q.copy()
-                    alone[i] += steps[i]
-                    tie = apart(problem, coordinates.table(alone), zeros) - apart(problem, coordinates.table(q), zeros)
-                    columns[columns.shape[0] - tie.size :, i] = tie / steps[i]
-        return columns
-
+    turned = _Turned(problem, coordinates, zeros)
     try:
         found = least_squares(
-            residual, coordinates.of(start), jac=jacobian, bounds=(coordinates.lo, coordinates.hi),  # pyright: ignore
-            x_scale="jac", ftol=TOLERANCE, xtol=1e-6, gtol=1e-8, max_nfev=steps,
+            turned.residual, coordinates.of(start), jac=turned.jacobian,  # pyright: ignore
+            bounds=(coordinates.lo, coordinates.hi), x_scale="jac", ftol=TOLERANCE, xtol=1e-6, gtol=1e-8,
+            max_nfev=steps,
         )  # fmt: skip
     except (ValueError, np.linalg.LinAlgError):
         return start
     table = coordinates.table(found.x)
     return table if cost(problem, table, zeros) <= cost(problem, start, zeros) else start
+
+
+class _Turned:
+    """Residuals turned so that all of them is the norm, in the first row: the same problem in few rows.
+
+    Norms, slopes and steps are those of all residuals; only the optimiser's matrices shrink from samples to parameters.
+    """
+
+    def __init__(self, problem: Problem, coordinates: Coordinates, zeros: Mapping[str, float]) -> None:
+        self.problem, self.coordinates, self.zeros = problem, coordinates, zeros
+        self._last: tuple[FloatArray, FloatArray] | None = None  # where it was evaluated last, and what came out
+
+    def residual(self, q: FloatArray) -> FloatArray:
+        turned = np.zeros(q.size + 1)
+        turned[0] = np.linalg.norm(self._at(q))
+        return turned
+
+    def jacobian(self, q: FloatArray) -> FloatArray:
+        return triangle(self._at(q), self._slopes(q))
+
+    def _at(self, q: FloatArray) -> FloatArray:
+        if self._last is None or not np.array_equal(self._last[0], q):
+            self._last = q.copy(), self._residuals([self.coordinates.table(q)])[0]
+        return self._last[1]
+
+    def _residuals(self, tables: Sequence[FloatArray]) -> list[FloatArray]:
+        runs = len(self.problem.runs)
+        found = self.problem.residuals([item for table in tables for item in enumerate(table)])
+        each = [found[i : i + runs] for i in range(0, len(found), runs)]
+        ties = [apart(self.problem, table, self.zeros) for table in tables]
+        whole = [np.concatenate([*parts, tie]) for parts, tie in zip(each, ties, strict=True)]
+        return [np.nan_to_num(values, nan=1e6, posinf=1e6, neginf=-1e6) for values in whole]
+
+    def _slopes(self, q: FloatArray) -> FloatArray:
+        base, axes = self._at(q), self.coordinates.axes
+        columns = np.zeros((base.size, q.size), order="F")  # filled by columns
+        together, steps = _together(self.coordinates), np.where(q + 1e-5 <= self.coordinates.hi, 1e-5, -1e-5)
+        moved = np.tile(q, (len(together), 1))
+        for row, group in zip(moved, together, strict=True):
+            row[group] += steps[group]
+        changed = self._residuals([self.coordinates.table(row) for row in moved])
+        for group, values in zip(together, changed, strict=True):
+            change = values - base
+            for i in group:
+                rows = slice(None) if axes[i].run is None else _rows(self.problem, axes[i].run)
+                columns[rows, i] = change[rows] / steps[i]
+                if self.zeros and axes[i].run is not None:  # of these, one run's value acts on all rows
+                    alone = q.copy()
+                    alone[i] += steps[i]
+                    tie = self._tie(alone) - self._tie(q)
+                    columns[columns.shape[0] - tie.size :, i] = tie / steps[i]
+        return columns
+
+    def _tie(self, q: FloatArray) -> FloatArray:
+        return apart(self.problem, self.coordinates.table(q), self.zeros)
+
+
+def triangle(residual: FloatArray, columns: FloatArray) -> FloatArray:
+    """The columns, shape (n + 1, n), in axes where the residual is its norm in the first of them.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (rows,)
+    columns : ndarray, shape (rows, n)
+    """
+    turned: FloatArray = qr(np.column_stack([residual, columns]), mode="r", check_finite=False)[0]  # pyright: ignore
+    found = np.zeros((columns.shape[1] + 1, columns.shape[1]))
+    rows = min(len(found), len(turned))
+    found[:rows] = turned[:rows, 1:]
+    if turned[0, 0] < 0.0:
+        found[0] *= -1.0
+    return found
 
 
 def _scales(problem: Problem, start: FloatArray, sensitivities: Mapping[str, float]) -> dict[str, float]:

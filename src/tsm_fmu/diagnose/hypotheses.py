@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -57,6 +57,9 @@ class Hypothesis:
         Independent samples that the residual is worth on either.
     form : tuple of str
         Freedoms that are no effects of their own, whatever they remove.
+    weighed : dict
+        What each freedom removes, and the fit without it, None where it is not material; filled when it is asked for,
+        and kept where the same fit is judged otherwise.
     """
 
     added: tuple[str, ...]
@@ -67,13 +70,14 @@ class Hypothesis:
     effective: FloatArray
     effective_held: FloatArray
     form: tuple[str, ...] = ()
+    weighed: dict[str, tuple[float, Fitted] | None] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def reference_gain(self) -> FloatArray:
         """Mean square that its effects gain on reference runs too."""
         return self.measured - self.fitted.rmse**2
 
-    @cached_property
+    @property
     def material(self) -> dict[str, float]:
         """Freedoms that are effects of their own, by what they remove."""
         task, spread = self.fitted.task, self.fitted.spread
@@ -95,9 +99,14 @@ class Hypothesis:
             fitted = without(fitted, spec, self.free)
         return fitted
 
-    @cached_property
+    @property
     def _material(self) -> dict[str, tuple[float, Fitted]]:
-        return material(self.fitted, [f for f in self.free if f not in (*self.added, *self.form)], self.free)
+        asked = [s for s in self.fitted.effects if s in self.free and s not in (*self.added, *self.form)]
+        new = [s for s in asked if s not in self.weighed]
+        if new:
+            found = material(self.fitted, new, self.free)
+            self.weighed.update({s: found.get(s) for s in new})
+        return {s: known for s in asked if (known := self.weighed[s]) is not None}
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -232,6 +241,11 @@ def rivals_again(hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) ->
         return hypothesis(one.added, fitted, one.free, holdout, one.reference_gain)
 
     return together(again, hypotheses)
+
+
+def weighed(hypotheses: Sequence[Hypothesis]) -> list[tuple[str, ...]]:
+    """Effects of each hypothesis: which of its freedoms are such takes refits, made beside each other."""
+    return together(lambda one: one.effects, hypotheses)
 
 
 def together(work: Callable[[T], R], items: Sequence[T]) -> list[R]:

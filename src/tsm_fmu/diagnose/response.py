@@ -224,19 +224,19 @@ class _Extent:
 def jacobian(fitted: Fitted, sigma: FloatArray) -> FloatArray:
     """Sensitivities of all channels to the free parameters, scaled by 1/sigma, one column each."""
     problem, columns = fitted.problem, []
-    still = [problem.outputs(k, row) for k, row in enumerate(fitted.table)]
+    still = problem.outputs_of_all(fitted.table)
     for field in problem.shared:
         j = problem.fields.index(field)
         h = 1e-4 * max(abs(fitted.table[0, j]), 1e-3)
         if fitted.table[0, j] + h > problem.parameters[field].max:
             h = -h
-        parts = [((_moved(fitted, k, j, h) - y) / h / sigma).ravel() for k, y in enumerate(still)]
+        parts = [((moved - y) / h / sigma).ravel() for moved, y in zip(_moved(fitted, j, h), still, strict=True)]
         columns.append(np.nan_to_num(np.concatenate(parts)))
     for field in problem.own:
         j = problem.fields.index(field)
-        for k, y in enumerate(still):
+        for k, (moved, y) in enumerate(zip(_moved(fitted, j, 1e-6), still, strict=True)):
             parts = [np.zeros(r.targets.size) for r in problem.runs]
-            parts[k] = ((_moved(fitted, k, j, 1e-6) - y) / 1e-6 / sigma).ravel()
+            parts[k] = ((moved - y) / 1e-6 / sigma).ravel()
             columns.append(np.nan_to_num(np.concatenate(parts)))
     rows = sum(r.targets.size for r in problem.runs)
     matrix = np.column_stack(columns) if columns else np.zeros((rows, 0))
@@ -270,10 +270,10 @@ def public(attached: Attached, name: str) -> str:
     return attached.prefix.replace("__", ".") + name
 
 
-def _moved(fitted: Fitted, k: int, column: int, step: float) -> FloatArray:
-    row = fitted.table[k].copy()
-    row[column] += step
-    return fitted.problem.outputs(k, row)
+def _moved(fitted: Fitted, column: int, step: float) -> list[FloatArray]:
+    table = fitted.table.copy()
+    table[:, column] += step
+    return fitted.problem.outputs_of_all(table)
 
 
 def _largest(effect: Kernel, name: str) -> float:

@@ -64,7 +64,7 @@ class Fitted:
     @cached_property
     def residuals(self) -> list[FloatArray]:
         """Measured minus simulated, one array (n, channels) a run."""
-        return [run.targets - self.problem.outputs(k, self.table[k]) for k, run in enumerate(self.problem.runs)]
+        return self.problem.gaps(self.table)
 
     @cached_property
     def rmse(self) -> FloatArray:
@@ -146,8 +146,7 @@ class Fitted:
         table = self.table.copy()
         for name, value in values.items():
             table[:, self.problem.fields.index(name)] = value
-        rows = enumerate(zip(self.residuals, self.problem.runs, table, strict=True))
-        changes = [r - (run.targets - self.problem.outputs(k, row)) for k, (r, run, row) in rows]
+        changes = [before - after for before, after in zip(self.residuals, self.problem.gaps(table), strict=True)]
         return rms(changes) / np.maximum(self.spread, 1e-300)
 
 
@@ -276,10 +275,10 @@ def as_given(task: Task, effects: Sequence[str]) -> Fitted:
         parameters[name].vary = name in own
     problem = Problem(kernel, list(runs), task.channels, parameters, own)
     start = problem.start()
-    for k, row in enumerate(start):
-        if not np.isfinite(problem.outputs(k, row)).all():
+    for run, simulated in zip(runs, problem.outputs_of_all(start), strict=True):
+        if not np.isfinite(simulated).all():
             raise InputError(
-                f"{task.model} gives no finite output on run {runs[k].name} at the given values -- expected values "
+                f"{task.model} gives no finite output on run {run.name} at the given values -- expected values "
                 "from which it can run -- choose others with --set"
             )
     _hold_what_is_forgotten(problem, start)

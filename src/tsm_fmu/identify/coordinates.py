@@ -106,7 +106,7 @@ class Coordinates:
     def _refused(self, table: FloatArray) -> bool:
         if not hasattr(self.problem.kernel.module, "check"):
             return False  # the search keeps the bounds; only a joint condition can refuse
-        return any(self.problem.violation(row) for row in (table if self.problem.own else table[:1]))
+        return self.problem.refused(table if self.problem.own else table[:1])
 
 
 def _axis(problem: Problem, field: str, run: int | None, scale: float, table: FloatArray) -> Coordinate:

@@ -160,10 +160,10 @@ def fit(
     if weights is not None:
         problem = problem.reweighted(np.array([1.0 / weights[channel] for channel in channels]))
     check_informative(problem)
-    for k, row in enumerate(problem.start()):
-        if not np.isfinite(problem.outputs(k, row)).all():
+    for run, simulated in zip(runs, problem.outputs_of_all(problem.start()), strict=True):
+        if not np.isfinite(simulated).all():
             raise InputError(
-                f"{kernel.name} gives no finite output on run {runs[k].name} at the start values -- expected a start "
+                f"{kernel.name} gives no finite output on run {run.name} at the start values -- expected a start "
                 "from which it can run -- choose others with --set"
             )
     search = Search(progress)
@@ -179,7 +179,7 @@ def fit(
             raise
         complete = False
         table = search.best
-        if any(problem.violation(row) for row in table):
+        if problem.refused(table):
             table = drawn_inside(problem, table)
     at_bound = fields_on_bound(problem, table)
     known = uncertainty(problem, table, at_bound)
@@ -226,8 +226,8 @@ def fit(
 
 def _weights(problem: Problem, table: FloatArray) -> FloatArray:
     """1/RMS residual of each channel: the likelihood's choice when the noise is not known."""
-    errors = np.concatenate([problem.outputs(k, table[k]) - run.targets for k, run in enumerate(problem.runs)])
-    return 1.0 / np.maximum(np.sqrt(np.mean(errors**2, axis=0)), 1e-9 / problem.weights)
+    gaps = np.concatenate(problem.gaps(table))
+    return 1.0 / np.maximum(np.sqrt(np.mean(gaps**2, axis=0)), 1e-9 / problem.weights)
 
 
 def _settled(problem: Problem, table: FloatArray, run: FitRun, seed: int) -> FloatArray:
@@ -265,9 +265,9 @@ def _pooled(problem: Problem, judged: Sequence[tuple[FitRun, FloatArray, float]]
 
 
 def _residual_tests(problem: Problem, table: FloatArray) -> dict[str, ResidualTests]:
-    errors = [problem.outputs(k, table[k]) - run.targets for k, run in enumerate(problem.runs)]
+    gaps = problem.gaps(table)
     times = [run.time for run in problem.runs]
-    return {c: residual_tests(times, [e[:, j] for e in errors]) for j, c in enumerate(problem.channels)}
+    return {c: residual_tests(times, [gap[:, j] for gap in gaps]) for j, c in enumerate(problem.channels)}
 
 
 def _noise_floor(problem: Problem) -> dict[str, float]:

@@ -113,7 +113,7 @@ def _held(problem: Problem, table: FloatArray, search: Search, column: int, valu
     """Best table with one shared parameter held; None where the model refuses that value beside the others."""
     start = table.copy()
     start[:, column] = value
-    if any(problem.violation(row) for row in start):
+    if problem.refused(start):
         return None
     name = problem.fields[column]
     parameters = problem.parameters.copy()

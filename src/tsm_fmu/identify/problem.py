@@ -7,10 +7,11 @@ All parameter values of a problem are one table of shape (runs, parameters), in 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,8 @@ MAX_ROWS = 40_000
 """Rows of the optimiser's residual; longer data are averaged over blocks (every sample is still simulated)."""
 PARALLEL_ROWS = 50_000
 """Below so many rows to simulate, threads cost more than they give."""
+PIECE_ROWS = 25_000
+"""Rows simulated in one call, without the interpreter's lock; more would only fill the memory."""
 
 
 @cache
@@ -155,7 +158,37 @@ class Problem:
 
     def params(self, row: FloatArray) -> Any:
         """The kernel's named tuple of one row, integers as integers."""
-        return self.kernel.module.Params(*(self.declared[f].kind(v) for f, v in zip(self.fields, row, strict=True)))
+        values = row.tolist()
+        for j in self._whole:
+            values[j] = int(values[j])
+        return self.kernel.module.Params._make(values)
+
+    @cached_property
+    def _whole(self) -> list[int]:
+        return [j for j, v in enumerate(self.kernel.parameters) if v.kind is int]
+
+    def refused(self, table: FloatArray) -> bool:
+        """Whether a row of a table violates a bound or a joint condition of the model."""
+        low, high = self._allowed
+        if not ((low <= table) & (table <= high)).all():
+            return True
+        joint = getattr(self.kernel.module, "check", None)
+        if joint is None:
+            return False
+        try:
+            for row in table:
+                joint(self.params(row))
+        except InputError:
+            return True
+        return False
+
+    @cached_property
+    def _allowed(self) -> tuple[FloatArray, FloatArray]:
+        """Least and largest allowed value of each parameter; finite, and inside of a bound that is not allowed."""
+        quantities = [v.quantity for v in self.kernel.parameters]
+        low = [np.nextafter(q.lo, np.inf) if q.open_lo or np.isinf(q.lo) else q.lo for q in quantities]
+        high = [np.nextafter(q.hi, -np.inf) if q.open_hi or np.isinf(q.hi) else q.hi for q in quantities]
+        return np.array(low), np.array(high)
 
     def violation(self, row: FloatArray) -> str:
         """What a row violates (a bound or a joint condition of the model), or an empty string."""
@@ -166,7 +199,7 @@ class Problem:
         return ""
 
     def outputs(self, run: int, row: FloatArray) -> FloatArray:
-        """Simulated channels of one run, shape (n, channels); NaN from the row where the model stops."""
+        """Simulated channels of one run, shape (n, channels); NaN where the model stops."""
         return self.every_output(run, row)[:, self.columns]
 
     def every_output(self, run: int, row: FloatArray) -> FloatArray:
@@ -175,28 +208,80 @@ class Problem:
 
     def played(self, run: int, row: FloatArray) -> FloatArray:
         """The same with what was before, shape (m + n, outputs)."""
-        time, inputs = self.runs[run].played
-        y = np.full((time.size, len(self.kernel.outputs)), np.nan)
-        try:
-            compiled_run(self.kernel.module)(self.params(row), time, inputs, y)
-        except (ValueError, ArithmeticError):
-            y[:] = np.nan
-        return y
+        return self._simulated([(run, row)])[0]
+
+    def outputs_of_all(self, table: FloatArray) -> list[FloatArray]:
+        """Simulated channels of every run at its row of a table."""
+        played = self._simulated(list(enumerate(table)))
+        return [y[run.lead_time.size :, self.columns] for run, y in zip(self.runs, played, strict=True)]
+
+    def gaps(self, table: FloatArray) -> list[FloatArray]:
+        """Measured minus simulated channels of every run at its row of a table."""
+        return [run.targets - y for run, y in zip(self.runs, self.outputs_of_all(table), strict=True)]
 
     def residual(self, run: int, row: FloatArray) -> FloatArray:
         """Weighted residual of one run, averaged over blocks, channel by channel, shape (rows,)."""
-        return self.condensed((self.outputs(run, row) - self.runs[run].targets) * self.weights)
+        return self.residuals([(run, row)])[0]
 
     def residuals(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
         """Residuals of several (run, row of values), simulated side by side."""
-        if len(wanted) < 2 or sum(self.runs[k].time.size for k, _ in wanted) < PARALLEL_ROWS:
-            return [self.residual(k, row) for k, row in wanted]
-        return list(_workers().map(lambda item: self.residual(*item), wanted))
+        pieces = list(self._pieces(wanted))
+        if len(pieces) > 1 and sum(self.runs[k].time.size for k, _ in wanted) >= PARALLEL_ROWS:
+            return [r for found in _workers().map(self._residuals, pieces) for r in found]
+        return [r for piece in pieces for r in self._residuals(piece)]
+
+    def _residuals(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+        found = []
+        for (k, _), y in zip(wanted, self._simulated(wanted), strict=True):
+            run = self.runs[k]
+            found.append(self.condensed((y[run.lead_time.size :, self.columns] - run.targets) * self.weights))
+        return found
+
+    def _pieces(self, wanted: Sequence[tuple[int, FloatArray]]) -> Iterator[list[tuple[int, FloatArray]]]:
+        """The same in parts of about `PIECE_ROWS` rows to simulate."""
+        piece, rows = [], 0
+        for k, row in wanted:
+            piece.append((k, row))
+            rows += self.runs[k].time.size
+            if rows >= PIECE_ROWS:
+                yield piece
+                piece, rows = [], 0
+        if piece:
+            yield piece
+
+    @cached_property
+    def _laid_out(self) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
+        """Time and inputs of all runs one after the other, and where each begins."""
+        times, inputs = zip(*(run.played for run in self.runs), strict=True)
+        edges = np.cumsum([0, *(t.size for t in times)], dtype=np.int64)
+        return np.concatenate(times), np.concatenate(inputs), edges
+
+    def _simulated(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+        """All outputs of several (run, row of values), with what was before; NaN where the model stops."""
+        time, inputs, edges = self._laid_out
+        runs, table = np.array([k for k, _ in wanted]), np.array([row for _, row in wanted])
+        to = np.cumsum([0, *(edges[runs + 1] - edges[runs])], dtype=np.int64)
+        spans = np.column_stack([edges[runs], edges[runs + 1], to[:-1]])
+        y, at = np.empty((to[-1], len(self.kernel.outputs))), np.zeros(1, dtype=np.int64)
+        while at[0] < len(wanted):
+            try:
+                compiled_run(self.kernel.module)(table, spans, time, inputs, y, at)
+                break
+            except (ValueError, ArithmeticError):
+                y[to[at[0]] : to[at[0] + 1]] = np.nan
+                at[0] += 1
+        return [y[a:b] for a, b in pairwise(to.tolist())]
 
     def condensed(self, samples: FloatArray) -> FloatArray:
         """Block means times the root of the block length: a constant keeps its sum of squares."""
-        if self.block > 1:
-            edges = np.arange(0, samples.shape[0], self.block)
-            counts = np.diff(np.append(edges, samples.shape[0]))
-            samples = np.add.reduceat(samples, edges, axis=0) / np.sqrt(counts)[:, None]
-        return samples.ravel(order="F")
+        if self.block == 1:
+            return samples.ravel(order="F")
+        edges, roots = _blocks(samples.shape[0], self.block)
+        return np.concatenate([np.add.reduceat(channel, edges) / roots for channel in samples.T])
+
+
+@cache
+def _blocks(rows: int, block: int) -> tuple[NDArray[np.int64], FloatArray]:
+    """First row of each block, and the root of its length."""
+    edges = np.arange(0, rows, block)
+    return edges, np.sqrt(np.diff(np.append(edges, rows)).astype(np.float64))

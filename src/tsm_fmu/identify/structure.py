@@ -27,18 +27,18 @@ def sensitivity_scales(problem: Problem) -> dict[str, float]:
     Infinite for a parameter without any effect on these runs.
     """
     table = problem.start()
-    still = [problem.outputs(k, row) for k, row in enumerate(table)]
+    still = problem.outputs_of_all(table)
     scales: dict[str, float] = {}
     for name in (*problem.shared, *problem.own):
         j = problem.fields.index(name)
         h = 1e-4 * max(abs(table[0, j]), 1e-3)
         if table[0, j] + h > problem.parameters[name].max:
             h = -h
+        shifted = table.copy()
+        shifted[:, j] += h
         moved, count = 0.0, 0
-        for k in range(len(problem.runs)):
-            shifted = table[k].copy()
-            shifted[j] += h
-            change = (problem.outputs(k, shifted) - still[k]) * problem.weights
+        for y, before in zip(problem.outputs_of_all(shifted), still, strict=True):
+            change = (y - before) * problem.weights
             moved, count = moved + float(np.nansum(change**2)), count + change.size
         scales[name] = abs(h) / math.sqrt(moved / count) if moved > 0.0 else math.inf
     return scales
