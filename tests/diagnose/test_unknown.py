@@ -153,6 +153,21 @@ def test_directions_are_apart_where_the_law_changes_sign() -> None:
         assert np.sqrt(np.mean((curve.mean - truth) ** 2)) < 0.02
 
 
+@pytest.mark.filterwarnings("error")
+def test_bins_without_samples_have_no_point() -> None:
+    """An edge between two levels, where none of the samples is, makes a bin without any."""
+    load = np.repeat([1.0, 2.5, 3.7], [1006, 822, 988])
+    s = np.tile([1.0, -1.0], load.size // 2)
+    (where,) = (replace(c, load=load, s=s) for c in places(1, load.size))
+    residual = with_noise([0.3 * load], 2, size=0.1)
+    for side, curve in zip((1.0, -1.0), dependence(residual, [where], "load", "m", "N"), strict=True):
+        parts = [(load < 2.0) & (s == side), (load > 2.0) & (s == side)]  # the last bin holds its upper edge
+        assert np.allclose(curve.at, [load[part].mean() for part in parts])
+        assert np.allclose(curve.mean, [residual[0][part].mean() for part in parts])
+        assert (curve.low < curve.mean).all()
+        assert (curve.mean < curve.high).all()
+
+
 def test_hints_of_a_channel_without_a_law_are_empty_and_of_another_not() -> None:
     from tsm_fmu.diagnose.locate import locate
 

@@ -21,6 +21,7 @@ from ..effects.coordinates import ANGLE
 from ..identify.problem import BoolArray, FloatArray
 from ..kernel import Kernel, kernel
 from ..models.contract import InputError
+from ..threads import together
 from .response import Responses, public, sizes_of
 from .study import Fitted
 from .thinning import thinned
@@ -116,11 +117,14 @@ def screen(
     said : callable
         Told what is being done.
     """
-    bench, found = _Bench(fitted, counted), []
-    for number, candidate in enumerate(candidates, 1):
+    bench = _Bench(fitted, counted)
+
+    def one(numbered: tuple[int, Attached]) -> Screened:
+        number, candidate = numbered
         said(f"screen {number}/{len(candidates)}: {candidate.spec}")
-        found.append(bench.screened(candidate))
-    return sorted(found, key=lambda s: -s.gain)
+        return bench.screened(candidate)
+
+    return sorted(together(one, list(enumerate(candidates, 1))), key=lambda s: -s.gain)
 
 
 class _Bench:

@@ -57,11 +57,11 @@ def dependence(
     for side, inside in sides.items():
         if inside.sum() < 4 * BINS or (number := bins(values[inside], BINS)) is None:
             continue
+        _, number = np.unique(number, return_inverse=True)  # bins may be empty where many values are equal
         blocks = _blocks(residuals, residual[inside] - _means(number, residual[inside])[number])[inside]
         low, high = _interval(number, residual[inside], blocks, seed)
-        used = np.unique(number)
         at, mean = _means(number, values[inside]), _means(number, residual[inside])
-        found.append(Dependence(name, unit, side, at[used], mean[used], low[used], high[used]))
+        found.append(Dependence(name, unit, side, at, mean, low, high))
     return found
 
 

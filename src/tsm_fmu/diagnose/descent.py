@@ -104,12 +104,12 @@ class _Turned:
     def _slopes(self, q: FloatArray) -> FloatArray:
         base, axes = self._at(q), self.coordinates.axes
         columns = np.zeros((base.size, q.size), order="F")  # filled by columns
-        together, steps = _together(self.coordinates), np.where(q + 1e-5 <= self.coordinates.hi, 1e-5, -1e-5)
-        moved = np.tile(q, (len(together), 1))
-        for row, group in zip(moved, together, strict=True):
+        groups, steps = _together(self.coordinates), np.where(q + 1e-5 <= self.coordinates.hi, 1e-5, -1e-5)
+        moved = np.tile(q, (len(groups), 1))
+        for row, group in zip(moved, groups, strict=True):
             row[group] += steps[group]
         changed = self._residuals([self.coordinates.table(row) for row in moved])
-        for group, values in zip(together, changed, strict=True):
+        for group, values in zip(groups, changed, strict=True):
             change = values - base
             for i in group:
                 rows = slice(None) if axes[i].run is None else _rows(self.problem, axes[i].run)

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 
 from ..identify.fit import SETTLING
 from ..identify.problem import FitRun, FloatArray
 from ..models.contract import InputError
+from ..threads import together
 from .candidates import Screened
 from .freedom import Start, best_of, extended, is_form, material, without
 from .study import Fitted, effective_samples, rms
 from .thinning import thinned
-
-T = TypeVar("T")
-R = TypeVar("R")
 
 REFITTED = 10
 """Candidates of the linear step that are refitted."""
@@ -246,14 +241,6 @@ def rivals_again(hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) ->
 def weighed(hypotheses: Sequence[Hypothesis]) -> list[tuple[str, ...]]:
     """Effects of each hypothesis: which of its freedoms are such takes refits, made beside each other."""
     return together(lambda one: one.effects, hypotheses)
-
-
-def together(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
-    """Results in the order of the items; simulations run beside each other, without the interpreter's lock."""
-    if len(items) < 2 or (os.cpu_count() or 1) < 2:
-        return [work(item) for item in items]
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(work, items))
 
 
 def foldable(runs: Sequence[FitRun]) -> bool:

@@ -18,6 +18,7 @@ from ..chain_source import Attached
 from ..effects.coordinates import ANGLE
 from ..identify.problem import FitRun, FloatArray
 from ..kernel import Kernel, kernel
+from ..threads import together
 from .candidates import LONG_STROKE, OF_A_TURN
 from .choice import MATERIAL
 from .hypotheses import Hypothesis
@@ -56,16 +57,20 @@ def unexcited(
     contained = dict.fromkeys(seen, True)
     short = base.at(thinned(base.problem.kernel, base.problem.runs, ROWS, ROWS // 10))
     detect = np.maximum(MATERIAL, np.sqrt(EVIDENCE / best.effective) * best.fitted.rmse / base.spread)
-    plain = _Compared(short, base.spread, ordinary(short, 0.0))
-    turning = None
-    for one in candidates:
+    plain = turning = _Compared(short, base.spread, ordinary(short, 0.0))
+    if any(c.module.NAME in OF_A_TURN for c in candidates):
+        turning = _Compared(short, base.spread, ordinary(short, 2.0 * np.pi * TURNS))
+
+    def shown(one: Attached) -> tuple[bool, bool]:
         name = one.module.NAME
-        if name in OF_A_TURN:
-            turning = turning or _Compared(short, base.spread, ordinary(short, 2.0 * np.pi * TURNS))
-        compared = turning if name in OF_A_TURN and turning is not None else plain
-        shown, already = compared.shown(one)
-        seen[name] |= bool((shown >= detect).any()) and (name not in OF_A_TURN or compared.travel > LONG_STROKE)
-        contained[name] &= already
+        compared = turning if name in OF_A_TURN else plain
+        size, already = compared.shown(one)
+        shows = bool((size >= detect).any()) and (name not in OF_A_TURN or compared.travel > LONG_STROKE)
+        return shows, already
+
+    for one, (shows, already) in zip(candidates, together(shown, candidates), strict=True):
+        seen[one.module.NAME] |= shows
+        contained[one.module.NAME] &= already
     return tuple(n for n in seen if not seen[n] and (n in offered or not contained[n]))
 
 

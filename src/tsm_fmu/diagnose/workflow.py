@@ -16,6 +16,7 @@ from ..identify.problem import FitRun, FloatArray
 from ..identify.specification import fit_run, measured_channels
 from ..kernel import Kernel, kernel
 from ..record import Record
+from ..threads import together
 from .beginning import beginning_note, compared
 from .candidates import possible, screen
 from .choice import MATERIAL, Choice, chosen, indistinct, leading, left
@@ -31,7 +32,6 @@ from .hypotheses import (
     interleaved,
     probed,
     rivals_again,
-    together,
     tried,
 )
 from .levels import Levels, coarse, step_noise, with_levels

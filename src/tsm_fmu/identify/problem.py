@@ -6,9 +6,7 @@ All parameter values of a problem are one table of shape (runs, parameters), in 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from itertools import pairwise
@@ -20,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..kernel import Kernel, compiled_run
 from ..models.contract import InputError, Variable
+from ..threads import together
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -30,12 +29,6 @@ PARALLEL_ROWS = 50_000
 """Below so many rows to simulate, threads cost more than they give."""
 PIECE_ROWS = 25_000
 """Rows simulated in one call, without the interpreter's lock; more would only fill the memory."""
-
-
-@cache
-def _workers() -> ThreadPoolExecutor:
-    """Threads for simulations: compiled kernels run without the interpreter's lock."""
-    return ThreadPoolExecutor(os.cpu_count())
 
 
 @dataclass(frozen=True)
@@ -226,9 +219,9 @@ class Problem:
     def residuals(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
         """Residuals of several (run, row of values), simulated side by side."""
         pieces = list(self._pieces(wanted))
-        if len(pieces) > 1 and sum(self.runs[k].time.size for k, _ in wanted) >= PARALLEL_ROWS:
-            return [r for found in _workers().map(self._residuals, pieces) for r in found]
-        return [r for piece in pieces for r in self._residuals(piece)]
+        many = sum(self.runs[k].time.size for k, _ in wanted) >= PARALLEL_ROWS
+        found = together(self._residuals, pieces) if many else map(self._residuals, pieces)
+        return [residual for piece in found for residual in piece]
 
     def _residuals(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
         found = []

@@ -1,0 +1,19 @@
+"""Work side by side: compiled kernels and linear algebra run without the interpreter's lock."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+def together(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
+    """Results in the order of the items, made on as many threads as there are processors."""
+    if len(items) < 2 or (os.cpu_count() or 1) < 2:
+        return [work(item) for item in items]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(work, items))
