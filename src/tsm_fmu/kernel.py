@@ -20,6 +20,11 @@ from .models.contract import InputError, Preset, Variable, check_bounds, variabl
 FloatArray = NDArray[np.float64]
 
 
+INLINED = 10_000
+"""Bytes of code of a ``start`` or ``step``, with all it calls, up to which it is inlined: to pass a state of many
+fields costs more than most steps. Beyond, it does not show, and each copy would take seconds to compile."""
+
+
 @dataclass(frozen=True)
 class Kernel:
     """One model or effect in kernel form.
@@ -172,14 +177,20 @@ def compiled_run(module: ModuleType) -> Callable[..., None]:
     return _njit(_runner(module, _clone(module.start), _clone(module.step)))
 
 
-def _njit(function: Any, called_from_python: bool = True) -> Any:
+def _njit(function: Any, **options: Any) -> Any:
     from numba import njit  # heavy: only those who compile pay for the import
 
-    options: dict[str, Any] = {"no_cpython_wrapper": not called_from_python, "no_cfunc_wrapper": True}  # costly
-    options["forceinline"] = not called_from_python  # a state of many fields costs more to pass than to step
+    options["no_cfunc_wrapper"] = True  # costly, and nobody would call it
     with kept(function.__module__) as cache_it:
         on_disk = cache_it and os.path.isfile(function.__code__.co_filename)
         return njit(error_model="numpy", nogil=True, cache=on_disk, **options)(function)
+
+
+@cache
+def code_size(function: FunctionType) -> int:
+    """Bytes of code of a function and of those it calls, each counted where it is called."""
+    called = (function.__globals__.get(name) for name in function.__code__.co_names)
+    return len(function.__code__.co_code) + sum(code_size(f) for f in called if isinstance(f, FunctionType))
 
 
 @cache
@@ -190,7 +201,8 @@ def _clone(function: FunctionType) -> Any:
         if isinstance(names.get(name), FunctionType):
             names[name] = _clone(names[name])
     copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__)
-    return _njit(copy, called_from_python=False)
+    inlined = function.__name__.endswith(("start", "step")) and code_size(function) < INLINED
+    return _njit(copy, no_cpython_wrapper=True, forceinline=inlined)
 
 
 def _runner(module: ModuleType, start: Any, step: Any) -> Any:

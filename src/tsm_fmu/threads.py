@@ -1,10 +1,11 @@
-"""Work side by side: compiled kernels and linear algebra run without the interpreter's lock."""
+"""Work side by side: compiled kernels and most of the linear algebra run without the interpreter's lock."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -17,3 +18,13 @@ def together(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
         return [work(item) for item in items]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(work, items))
+
+
+def spread(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
+    """The same on threads that all callers share, for work that starts none itself."""
+    return list(_shared().map(work, items)) if len(items) > 1 else [work(item) for item in items]
+
+
+@cache
+def _shared() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(os.cpu_count())

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tsm_fmu.diagnose.descent import triangle
+from tsm_fmu.diagnose.descent import Turned, triangle
+from tsm_fmu.identify.coordinates import Coordinates
+from tsm_fmu.identify.problem import FitRun, Problem
+from tsm_fmu.identify.specification import fit_parameters, per_run_fields
+from tsm_fmu.identify.structure import sensitivity_scales
+from tsm_fmu.kernel import kernel
 
 
 @pytest.mark.parametrize("rows", [3, 7, 8, 4001])
@@ -15,10 +20,10 @@ def test_norms_and_slopes_are_those_of_all_rows(rows: int, size: float) -> None:
     residual, columns = size * rng.normal(size=rows), rng.normal(size=(rows, 7)) @ np.diag(10.0 ** np.arange(-3, 4))
     turned = triangle(residual, columns)
     assert turned.shape == (8, 7)
-    scale = np.linalg.norm(columns, axis=0)
-    first = np.append(np.linalg.norm(residual), np.zeros(7))
-    assert np.allclose((turned / scale).T @ (turned / scale), (columns / scale).T @ (columns / scale), atol=1e-13)
-    assert np.allclose((turned / scale).T @ first, (columns / scale).T @ residual, atol=1e-13 * max(size, 1.0) * rows)
+    scale, norm = np.linalg.norm(columns, axis=0), float(np.linalg.norm(residual))
+    few, whole = turned / scale, columns / scale
+    assert np.abs(few.T @ few - whole.T @ whole).max() < 1e-13
+    assert np.abs(norm * few[0] - whole.T @ residual).max() <= 1e-13 * norm
 
 
 def test_a_step_is_that_of_all_rows() -> None:
@@ -26,4 +31,42 @@ def test_a_step_is_that_of_all_rows() -> None:
     residual, columns = rng.normal(size=911), rng.normal(size=(911, 5))
     turned, first = triangle(residual, columns), np.append(np.linalg.norm(residual), np.zeros(5))
     whole, few = (np.linalg.lstsq(a, -b, rcond=None)[0] for a, b in ((columns, residual), (turned, first)))
-    assert np.allclose(whole, few, rtol=1e-11)
+    assert np.allclose(whole, few, rtol=1e-11, atol=0.0)
+
+
+@pytest.mark.parametrize("lead", [0, 37])
+@pytest.mark.parametrize("tie", [0.0, 3.1])
+def test_slopes_are_those_of_every_value_moved_alone(lead: int, tie: float) -> None:
+    """Values of runs are moved at once, and what ties them to their mean acts on the others too."""
+    model, rng, runs = kernel("PairedTsmBacklash"), np.random.default_rng(9), []
+    for number, size in enumerate((311, 197, 460)):
+        t = 0.011 * np.arange(size)
+        x = 0.6 * np.sin(3.1 * t + number)
+        run = FitRun(f"run {number}", t, x[:, None], (0.8 * x + 0.05 * rng.normal(size=size))[:, None])
+        runs.append(run.compared_from(lead) if lead else run)
+    problem = Problem(model, runs, ("x_out",), fit_parameters(model), per_run_fields(model))
+    start = problem.start() * rng.uniform(0.9, 1.1, (3, len(problem.fields)))
+    start[:, [problem.fields.index(f) for f in problem.shared]] = start[
+        0, [problem.fields.index(f) for f in problem.shared]
+    ]
+    zeros = {problem.declared[problem.own[0]].name: tie} if tie else {}
+    coordinates = Coordinates(
+        problem, problem.shared, problem.own, sensitivity_scales(problem.starting_at(start)), start
+    )
+    assert len(problem.own) == 2
+    j = problem.fields.index(problem.own[0])
+
+    def whole(q: np.ndarray) -> np.ndarray:
+        table = coordinates.table(q)
+        parts = [problem.residual(k, table[k]) for k in range(3)]
+        return np.concatenate([*parts, tie * (table[:, j] - table[:, j].mean())])
+
+    q, turned = coordinates.of(start), Turned(problem, coordinates, zeros)
+    residual = whole(q)
+    columns = np.column_stack([(whole(q + h) - residual) / 1e-5 for h in 1e-5 * np.eye(q.size)])
+    found = turned.jacobian(q)
+    assert turned.residual(q)[0] == pytest.approx(np.linalg.norm(residual), rel=1e-13)
+    assert np.allclose(found.T @ found, columns.T @ columns, rtol=0.0, atol=1e-9 * np.abs(columns.T @ columns).max())
+    assert np.allclose(
+        found.T @ turned.residual(q), columns.T @ residual, rtol=0.0, atol=1e-9 * np.linalg.norm(residual)
+    )

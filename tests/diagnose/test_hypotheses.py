@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from tsm_fmu.chain import attach
+from tsm_fmu.diagnose import hypotheses as module
 from tsm_fmu.diagnose.candidates import Screened, screen
-from tsm_fmu.diagnose.hypotheses import RIVAL, Hypothesis, hypothesis, rivals_again, tried
+from tsm_fmu.diagnose.hypotheses import RIVAL, Hypothesis, fewer_again, hypothesis, rivals_again, tried, weigh
 from tsm_fmu.diagnose.study import Fitted, Task, refit
 from tsm_fmu.identify.problem import FitRun
 from tsm_fmu.kernel import kernel
@@ -45,6 +46,51 @@ def test_a_close_rival_is_refitted_from_the_baseline_of_the_best(task: Task, bes
     assert again.added == one.added
     assert again.fitted.cost < 1.001 * best.fitted.cost
     assert again.measured == pytest.approx(again.fitted.rmse**2)
+
+
+@pytest.fixture(scope="module")
+def more(task: Task, best: Hypothesis) -> Hypothesis:
+    return hypothesis(("inertia", "wear"), refit(task, ("inertia", "wear"), best.fitted.values), (), [])
+
+
+def test_one_effect_less_is_refitted_from_the_values_of_the_best(
+    task: Task, best: Hypothesis, more: Hypothesis
+) -> None:
+    one = stuck(task, best, 1.4)
+    none = hypothesis((), refit(task, (), {}), (), [])
+    first, again, same = fewer_again(more, [none, one, more], [])
+    assert first is none  # two effects less
+    assert same is more
+    assert again.added == ("inertia",)
+    assert again.fitted.cost < 1.001 * best.fitted.cost < 0.9 * one.fitted.cost
+
+
+def test_what_was_as_good_without_the_last_effect_is_left_as_it_is(best: Hypothesis, more: Hypothesis) -> None:
+    exact = replace(best, fitted=replace(best.fitted))
+    exact.fitted.__dict__["cost"] = 0.0
+    assert fewer_again(more, [exact], []) == [exact]
+    freed = replace(best, added=(), free=("inertia",))
+    assert fewer_again(replace(best, free=("inertia",)), [freed], [])[0] is freed  # a freedom that is there in both
+
+
+def test_what_a_freedom_removes_is_found_once(task: Task, best: Hypothesis, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[list[str]] = []
+    real = module.material
+
+    def counted(fitted: Fitted, specs: list[str], free: tuple[str, ...]) -> dict[str, tuple[float, Fitted]]:
+        asked.append(list(specs))
+        return real(fitted, specs, free)
+
+    monkeypatch.setattr(module, "material", counted)
+    one = replace(hypothesis((), best.fitted, ("inertia",), []), form=())
+    idle = hypothesis((), refit(task, ("wear",), {}, held=["wear.d", "wear.L"]), ("wear",), [])
+    weigh([one, idle])
+    assert one.effects == ("inertia",)
+    assert idle.effects == ()
+    judged = replace(one, held=one.measured, effective_held=one.effective)
+    assert (judged.effects, judged.bends) == (("inertia",), True)
+    assert replace(one, form=("inertia",)).effects == ()
+    assert sorted(asked) == [["inertia"], ["wear"]]
 
 
 def test_a_rival_far_behind_is_left_as_it_is(task: Task, best: Hypothesis) -> None:

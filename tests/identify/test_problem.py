@@ -58,8 +58,13 @@ def test_one_call_gives_what_single_calls_give(
         assert np.allclose(found, np.array(means).ravel(order="F"), rtol=1e-12, atol=1e-12)
 
 
-def test_a_simulation_that_fails_is_nan_and_spoils_no_other() -> None:
-    problem = made()
+@pytest.mark.parametrize(("lead", "piece"), list(product((0, 41), (25_000, 900))))
+def test_a_simulation_that_fails_is_nan_and_spoils_no_other(
+    lead: int, piece: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "PIECE_ROWS", piece)
+    monkeypatch.setattr(module, "PARALLEL_ROWS", 1)
+    problem = made(lead=lead)
     wanted = rows(problem, 12)
     failing = (0, 4, 5, 11)
     for i in failing:
@@ -79,9 +84,13 @@ def test_whole_numbers_reach_the_model_whole() -> None:
     p = problem.params(row)
     assert p.n_layers == 2
     assert type(p.n_layers) is int
-    given = model.simulate(model.params(), run.time, run.inputs)
-    assert np.array_equal(problem.every_output(0, row), given)
-    assert np.isfinite(given).all()
+    state, outputs = model.module.start(model.params(), model.module.Inputs(*run.inputs[0]))
+    given = [outputs]
+    for u, dt in zip(run.inputs[1:], np.diff(t), strict=True):
+        state, outputs = model.module.step(model.params(), state, model.module.Inputs(*u), dt)
+        given.append(outputs)
+    assert np.array_equal(problem.every_output(0, row), np.array(given))
+    assert np.ptp(given, axis=0).max() > 0.0
 
 
 def test_refused_is_what_the_model_says_of_each_row() -> None:
@@ -92,7 +101,8 @@ def test_refused_is_what_the_model_says_of_each_row() -> None:
     for _ in range(400):
         row = problem.start()[0]
         j = int(rng.integers(row.size))
-        row[j] = rng.choice([*ends[j], np.nan, np.inf, -row[j], 3.0 * row[j], np.nextafter(ends[j][0], np.inf)])
+        near = [np.nextafter(end, to) for end in ends[j] for to in (-np.inf, np.inf)]
+        row[j] = rng.choice([*ends[j], *near, np.nan, np.inf, -row[j], 3.0 * row[j]])
         refused = problem.refused(np.array([problem.start()[0], row]))
         assert refused is bool(problem.violation(row)), (problem.fields[j], row[j])
         verdicts.append(refused)

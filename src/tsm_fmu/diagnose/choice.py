@@ -19,7 +19,7 @@ import numpy as np
 
 from ..identify.problem import BoolArray, FloatArray
 from .freedom import FORM_OF_EFFECT, nearly_gone
-from .hypotheses import Hypothesis, weighed
+from .hypotheses import Hypothesis, weigh
 from .lookalikes import looks_like
 
 MATERIAL = 0.012
@@ -65,7 +65,7 @@ def chosen(hypotheses: Sequence[Hypothesis], plain: Hypothesis) -> Choice:
     plain : Hypothesis
         The baseline without that freedom: what is removed is counted from it.
     """
-    weighed(hypotheses)
+    weigh(hypotheses)
     best = min(hypotheses, key=left)
     told = stripped(best, hypotheses)
     alike = [h for h in hypotheses if indistinct(h, told, plain, hypotheses)]
@@ -104,7 +104,7 @@ def dominated(one: Hypothesis, other: Hypothesis) -> bool:
 
 def leading(hypotheses: Sequence[Hypothesis]) -> Hypothesis:
     """The one that leaves least, of those that no other leaves as little with fewer parameters: one to build on."""
-    weighed(hypotheses)
+    weigh(hypotheses)
     best = min(hypotheses, key=left)
     simpler = [h for h in hypotheses if len(h.effects) <= len(best.effects) and dominated(best, h)]
     return min(simpler, key=left, default=best)

@@ -57,7 +57,7 @@ def descended(
     if not problem.shared and not own:
         return start
     coordinates = Coordinates(problem, problem.shared, own, scales, start)
-    turned = _Turned(problem, coordinates, zeros)
+    turned = Turned(problem, coordinates, zeros)
     try:
         found = least_squares(
             turned.residual, coordinates.of(start), jac=turned.jacobian,  # pyright: ignore
@@ -70,10 +70,18 @@ def descended(
     return table if cost(problem, table, zeros) <= cost(problem, start, zeros) else start
 
 
-class _Turned:
-    """Residuals turned so that all of them is the norm, in the first row: the same problem in few rows.
+class Turned:
+    """Residuals turned so that all of them is their norm, in the first row: the same problem in few rows.
 
     Norms, slopes and steps are those of all residuals; only the optimiser's matrices shrink from samples to parameters.
+
+    Parameters
+    ----------
+    problem : Problem
+    coordinates : Coordinates
+        What is searched.
+    zeros : mapping of str to float
+        See `descended`.
     """
 
     def __init__(self, problem: Problem, coordinates: Coordinates, zeros: Mapping[str, float]) -> None:
@@ -133,7 +141,8 @@ def triangle(residual: FloatArray, columns: FloatArray) -> FloatArray:
     residual : ndarray, shape (rows,)
     columns : ndarray, shape (rows, n)
     """
-    turned: FloatArray = qr(np.column_stack([residual, columns]), mode="r", check_finite=False)[0]  # pyright: ignore
+    # scipy's, which other threads need not wait for; numpy's keeps the interpreter's lock
+    turned: FloatArray = qr(np.column_stack([residual, columns]), mode="raw", check_finite=False)[1]  # pyright: ignore
     found = np.zeros((columns.shape[1] + 1, columns.shape[1]))
     rows = min(len(found), len(turned))
     found[:rows] = turned[:rows, 1:]

@@ -26,6 +26,7 @@ from .freedom import Start, earned, freed, freedoms, untied, without
 from .gate import Gate, gate
 from .hypotheses import (
     Hypothesis,
+    fewer_again,
     foldable,
     folded,
     hypothesis,
@@ -291,6 +292,7 @@ class _Work:
                 pairs = rivals_again([h for h in found if len(h.added) == 2], self.held)
                 found = [h for h in found if len(h.added) != 2] + pairs
                 best = leading(pairs)
+            found = fewer_again(best, found, self.held)
             if left(best) >= left(now):
                 break
             singles = singles or more

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..kernel import Kernel, compiled_run
 from ..models.contract import InputError, Variable
-from ..threads import together
+from ..threads import spread
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -28,7 +28,7 @@ MAX_ROWS = 40_000
 PARALLEL_ROWS = 50_000
 """Below so many rows to simulate, threads cost more than they give."""
 PIECE_ROWS = 25_000
-"""Rows simulated in one call, without the interpreter's lock; more would only fill the memory."""
+"""Rows simulated in one call, but for longer runs: enough to leave the interpreter's lock alone, few in memory."""
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ class Problem:
         return ""
 
     def outputs(self, run: int, row: FloatArray) -> FloatArray:
-        """Simulated channels of one run, shape (n, channels); NaN where the model stops."""
+        """Simulated channels of one run, shape (n, channels); all NaN if the model stops."""
         return self.every_output(run, row)[:, self.columns]
 
     def every_output(self, run: int, row: FloatArray) -> FloatArray:
@@ -205,8 +205,8 @@ class Problem:
 
     def outputs_of_all(self, table: FloatArray) -> list[FloatArray]:
         """Simulated channels of every run at its row of a table."""
-        played = self._simulated(list(enumerate(table)))
-        return [y[run.lead_time.size :, self.columns] for run, y in zip(self.runs, played, strict=True)]
+        wanted = list(enumerate(table))
+        return [y for piece in self._pieces(wanted) for y in self._channels(piece)]
 
     def gaps(self, table: FloatArray) -> list[FloatArray]:
         """Measured minus simulated channels of every run at its row of a table."""
@@ -219,23 +219,24 @@ class Problem:
     def residuals(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
         """Residuals of several (run, row of values), simulated side by side."""
         pieces = list(self._pieces(wanted))
-        many = sum(self.runs[k].time.size for k, _ in wanted) >= PARALLEL_ROWS
-        found = together(self._residuals, pieces) if many else map(self._residuals, pieces)
+        many = sum(self._rows[k] for k, _ in wanted) >= PARALLEL_ROWS
+        found = spread(self._residuals, pieces) if many else map(self._residuals, pieces)
         return [residual for piece in found for residual in piece]
 
     def _residuals(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
-        found = []
-        for (k, _), y in zip(wanted, self._simulated(wanted), strict=True):
-            run = self.runs[k]
-            found.append(self.condensed((y[run.lead_time.size :, self.columns] - run.targets) * self.weights))
-        return found
+        simulated = zip(wanted, self._channels(wanted), strict=True)
+        return [self.condensed((y - self.runs[k].targets) * self.weights) for (k, _), y in simulated]
+
+    def _channels(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+        simulated = zip(wanted, self._simulated(wanted), strict=True)
+        return [y[self.runs[k].lead_time.size :, self.columns] for (k, _), y in simulated]
 
     def _pieces(self, wanted: Sequence[tuple[int, FloatArray]]) -> Iterator[list[tuple[int, FloatArray]]]:
         """The same in parts of about `PIECE_ROWS` rows to simulate."""
         piece, rows = [], 0
         for k, row in wanted:
             piece.append((k, row))
-            rows += self.runs[k].time.size
+            rows += self._rows[k]
             if rows >= PIECE_ROWS:
                 yield piece
                 piece, rows = [], 0
@@ -243,18 +244,21 @@ class Problem:
             yield piece
 
     @cached_property
-    def _laid_out(self) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
-        """Time and inputs of all runs one after the other, and where each begins."""
-        times, inputs = zip(*(run.played for run in self.runs), strict=True)
-        edges = np.cumsum([0, *(t.size for t in times)], dtype=np.int64)
-        return np.concatenate(times), np.concatenate(inputs), edges
+    def _rows(self) -> list[int]:
+        """Rows to simulate of each run."""
+        return [run.lead_time.size + run.time.size for run in self.runs]
 
     def _simulated(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
-        """All outputs of several (run, row of values), with what was before; NaN where the model stops."""
-        time, inputs, edges = self._laid_out
-        runs, table = np.array([k for k, _ in wanted]), np.array([row for _, row in wanted])
-        to = np.cumsum([0, *(edges[runs + 1] - edges[runs])], dtype=np.int64)
-        spans = np.column_stack([edges[runs], edges[runs + 1], to[:-1]])
+        """All outputs of several (run, row of values), with what was before; of one where the model stops only NaN."""
+        used = sorted({k for k, _ in wanted})
+        times, all_inputs = zip(*(self.runs[k].played for k in used), strict=True)
+        time, inputs = (
+            (times[0], all_inputs[0]) if len(used) == 1 else (np.concatenate(times), np.concatenate(all_inputs))
+        )
+        first = dict(zip(used, np.cumsum([0, *(t.size for t in times)]).tolist(), strict=False))
+        table = np.array([row for _, row in wanted])
+        to = np.cumsum([0, *(self._rows[k] for k, _ in wanted)], dtype=np.int64)
+        spans = np.array([(first[k], first[k] + self._rows[k], at) for (k, _), at in zip(wanted, to, strict=False)])
         y, at = np.empty((to[-1], len(self.kernel.outputs))), np.zeros(1, dtype=np.int64)
         while at[0] < len(wanted):
             try:

@@ -226,7 +226,7 @@ def eliminated_per_run(problem: Problem, linear: frozenset[str]) -> tuple[str, .
 
 def _outside(problem: Problem, row: FloatArray) -> bool:
     """Whether a row violates the model's conditions, or touches a bound of the fit."""
-    if problem.violation(row):
+    if problem.refused(row[None]):
         return True
     values = dict(zip(problem.fields, row, strict=True))
     return any(not problem.parameters[f].min < values[f] < problem.parameters[f].max for f in problem.shared)

@@ -68,7 +68,7 @@ def linear_parameters(problem: Problem, seed: int = 0) -> frozenset[str]:
     for _ in range(3):
         row = base * np.exp(rng.uniform(-0.4, 0.4, base.size))
         row = np.where([probe.parameters[f].vary for f in probe.fields], row, base)
-        if probe.violation(row):
+        if probe.refused(row[None]):
             row = base.copy()
         steps = {f: _step(probe, f, row, rng) for f in free}
         y0 = probe.outputs(0, row)
