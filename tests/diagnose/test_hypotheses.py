@@ -11,7 +11,8 @@ import pytest
 from tsm_fmu.chain import attach
 from tsm_fmu.diagnose import hypotheses as module
 from tsm_fmu.diagnose.candidates import Screened, screen
-from tsm_fmu.diagnose.hypotheses import RIVAL, Hypothesis, fewer_again, hypothesis, rivals_again, tried, weigh
+from tsm_fmu.diagnose.choice import fewer_again
+from tsm_fmu.diagnose.hypotheses import RIVAL, Hypothesis, hypothesis, rivals_again, tried, weigh
 from tsm_fmu.diagnose.study import Fitted, Task, refit
 from tsm_fmu.identify.problem import FitRun
 from tsm_fmu.kernel import kernel
@@ -58,19 +59,24 @@ def test_one_effect_less_is_refitted_from_the_values_of_the_best(
 ) -> None:
     one = stuck(task, best, 1.4)
     none = hypothesis((), refit(task, (), {}), (), [])
-    first, again, same = fewer_again(more, [none, one, more], [])
+    first, again, same = fewer_again(more, [none, one, more], none, [])
     assert first is none  # two effects less
     assert same is more
     assert again.added == ("inertia",)
     assert again.fitted.cost < 1.001 * best.fitted.cost < 0.9 * one.fitted.cost
 
 
-def test_what_was_as_good_without_the_last_effect_is_left_as_it_is(best: Hypothesis, more: Hypothesis) -> None:
+def test_what_is_better_or_no_rival_is_left_as_it_is(task: Task, best: Hypothesis, more: Hypothesis) -> None:
     exact = replace(best, fitted=replace(best.fitted))
     exact.fitted.__dict__["cost"] = 0.0
-    assert fewer_again(more, [exact], []) == [exact]
+    none = hypothesis((), refit(task, (), {}), (), [])
+    assert fewer_again(more, [exact], none, []) == [exact]
+    worse = hypothesis((), refit(task, (), {"sigma2": 3.0}, held=["sigma2"]), (), [])
+    assert fewer_again(best, [worse], none, []) == [worse]  # better without the mass, but not as good as with it
     freed = replace(best, added=(), free=("inertia",))
-    assert fewer_again(replace(best, free=("inertia",)), [freed], [])[0] is freed  # a freedom that is there in both
+    assert (
+        fewer_again(replace(best, free=("inertia",)), [freed], none, [])[0] is freed
+    )  # there in both
 
 
 def test_what_a_freedom_removes_is_found_once(task: Task, best: Hypothesis, monkeypatch: pytest.MonkeyPatch) -> None:

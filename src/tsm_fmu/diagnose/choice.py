@@ -17,9 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..identify.problem import BoolArray, FloatArray
-from .freedom import FORM_OF_EFFECT, nearly_gone
-from .hypotheses import Hypothesis, weigh
+from ..identify.problem import BoolArray, FitRun, FloatArray
+from ..threads import together
+from .freedom import FORM_OF_EFFECT, nearly_gone, without
+from .hypotheses import Hypothesis, hypothesis, weigh
 from .lookalikes import looks_like
 
 MATERIAL = 0.012
@@ -108,6 +109,27 @@ def leading(hypotheses: Sequence[Hypothesis]) -> Hypothesis:
     best = min(hypotheses, key=left)
     simpler = [h for h in hypotheses if len(h.effects) <= len(best.effects) and dominated(best, h)]
     return min(simpler, key=left, default=best)
+
+
+def fewer_again(
+    best: Hypothesis, hypotheses: Sequence[Hypothesis], plain: Hypothesis, holdout: Sequence[FitRun]
+) -> list[Hypothesis]:
+    """The same, those with one effect less refitted from the best fit's values where they then leave as little.
+
+    One more effect can lead the others out of a valley in which they had ended without it: it is not missing for that.
+    """
+
+    def again(one: Hypothesis) -> Hypothesis:
+        surplus = [spec for spec in best.added if spec not in one.added]
+        if len(surplus) != 1 or len(one.added) != len(best.added) - 1 or surplus[0] in one.free:
+            return one
+        fitted = without(best.fitted, surplus[0], one.free)
+        if fitted.cost >= one.fitted.cost:
+            return one
+        less = hypothesis(one.added, fitted, one.free, holdout, one.reference_gain)
+        return less if indistinct(less, best, plain) else one
+
+    return together(again, hypotheses)
 
 
 def left(one: Hypothesis) -> float:

@@ -238,24 +238,6 @@ def rivals_again(hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) ->
     return together(again, hypotheses)
 
 
-def fewer_again(best: Hypothesis, hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) -> list[Hypothesis]:
-    """The same, those with one effect less than the best fit refitted from its values.
-
-    One more effect can lead the others out of a valley in which they had ended without it: it is not missing for that.
-    """
-
-    def again(one: Hypothesis) -> Hypothesis:
-        surplus = [spec for spec in best.added if spec not in one.added]
-        if len(surplus) != 1 or len(one.added) != len(best.added) - 1 or surplus[0] in one.free:
-            return one
-        fitted = without(best.fitted, surplus[0], one.free)
-        if fitted.cost >= one.fitted.cost:
-            return one
-        return hypothesis(one.added, fitted, one.free, holdout, one.reference_gain)
-
-    return together(again, hypotheses)
-
-
 def weigh(hypotheses: Sequence[Hypothesis]) -> None:
     """Fill `Hypothesis.weighed` of all, side by side: which freedoms are effects takes refits."""
     together(lambda one: one.effects, hypotheses)

@@ -19,14 +19,13 @@ from ..record import Record
 from ..threads import together
 from .beginning import beginning_note, compared
 from .candidates import possible, screen
-from .choice import MATERIAL, Choice, chosen, indistinct, leading, left
+from .choice import MATERIAL, Choice, chosen, fewer_again, indistinct, leading, left
 from .coordinates import coordinates_of
 from .floors import Floors, floors_of, open_channels
 from .freedom import Start, earned, freed, freedoms, untied, without
 from .gate import Gate, gate
 from .hypotheses import (
     Hypothesis,
-    fewer_again,
     foldable,
     folded,
     hypothesis,
@@ -292,7 +291,7 @@ class _Work:
                 pairs = rivals_again([h for h in found if len(h.added) == 2], self.held)
                 found = [h for h in found if len(h.added) != 2] + pairs
                 best = leading(pairs)
-            found = fewer_again(best, found, self.held)
+            found = fewer_again(best, found, plain, self.held)
             if left(best) >= left(now):
                 break
             singles = singles or more
