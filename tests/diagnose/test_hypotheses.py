@@ -74,9 +74,7 @@ def test_what_is_better_or_no_rival_is_left_as_it_is(task: Task, best: Hypothesi
     worse = hypothesis((), refit(task, (), {"sigma2": 3.0}, held=["sigma2"]), (), [])
     assert fewer_again(best, [worse], none, []) == [worse]  # better without the mass, but not as good as with it
     freed = replace(best, added=(), free=("inertia",))
-    assert (
-        fewer_again(replace(best, free=("inertia",)), [freed], none, [])[0] is freed
-    )  # there in both
+    assert fewer_again(replace(best, free=("inertia",)), [freed], none, [])[0] is freed  # there in both
 
 
 def test_what_a_freedom_removes_is_found_once(task: Task, best: Hypothesis, monkeypatch: pytest.MonkeyPatch) -> None:
