@@ -187,10 +187,10 @@ def _njit(function: Any, **options: Any) -> Any:
 
 
 @cache
-def code_size(function: FunctionType) -> int:
+def _code_size(function: FunctionType) -> int:
     """Bytes of code of a function and of those it calls, each counted where it is called."""
     called = (function.__globals__.get(name) for name in function.__code__.co_names)
-    return len(function.__code__.co_code) + sum(code_size(f) for f in called if isinstance(f, FunctionType))
+    return len(function.__code__.co_code) + sum(_code_size(f) for f in called if isinstance(f, FunctionType))
 
 
 @cache
@@ -201,7 +201,7 @@ def _clone(function: FunctionType) -> Any:
         if isinstance(names.get(name), FunctionType):
             names[name] = _clone(names[name])
     copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__)
-    inlined = function.__name__.endswith(("start", "step")) and code_size(function) < INLINED
+    inlined = function.__name__.endswith(("start", "step")) and _code_size(function) < INLINED
     return _njit(copy, no_cpython_wrapper=True, forceinline=inlined)
 
 

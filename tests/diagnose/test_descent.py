@@ -46,9 +46,8 @@ def test_slopes_are_those_of_every_value_moved_alone(lead: int, tie: float) -> N
         runs.append(run.compared_from(lead) if lead else run)
     problem = Problem(model, runs, ("x_out",), fit_parameters(model), per_run_fields(model))
     start = problem.start() * rng.uniform(0.9, 1.1, (3, len(problem.fields)))
-    start[:, [problem.fields.index(f) for f in problem.shared]] = start[
-        0, [problem.fields.index(f) for f in problem.shared]
-    ]
+    shared = [problem.fields.index(f) for f in problem.shared]
+    start[:, shared] = start[0, shared]
     zeros = {problem.declared[problem.own[0]].name: tie} if tie else {}
     coordinates = Coordinates(
         problem, problem.shared, problem.own, sensitivity_scales(problem.starting_at(start)), start

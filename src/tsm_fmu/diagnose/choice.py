@@ -20,7 +20,7 @@ import numpy as np
 from ..identify.problem import BoolArray, FitRun, FloatArray
 from ..threads import together
 from .freedom import FORM_OF_EFFECT, nearly_gone, without
-from .hypotheses import Hypothesis, hypothesis, weigh
+from .hypotheses import Hypothesis, weigh, with_fit
 from .lookalikes import looks_like
 
 MATERIAL = 0.012
@@ -126,7 +126,7 @@ def fewer_again(
         fitted = without(best.fitted, surplus[0], one.free)
         if fitted.cost >= one.fitted.cost:
             return one
-        less = hypothesis(one.added, fitted, one.free, holdout, one.reference_gain)
+        less = with_fit(one, fitted, holdout)
         return less if indistinct(less, best, plain) else one
 
     return together(again, hypotheses)

@@ -125,12 +125,9 @@ class Turned:
                 if self.zeros and axes[i].run is not None:  # of these, one run's value acts on all rows
                     alone = q.copy()
                     alone[i] += steps[i]
-                    tie = self._tie(alone) - self._tie(q)
-                    columns[columns.shape[0] - tie.size :, i] = tie / steps[i]
+                    tie = apart(self.problem, self.coordinates.table(alone), self.zeros)
+                    columns[base.size - tie.size :, i] = (tie - base[base.size - tie.size :]) / steps[i]
         return columns
-
-    def _tie(self, q: FloatArray) -> FloatArray:
-        return apart(self.problem, self.coordinates.table(q), self.zeros)
 
 
 def triangle(residual: FloatArray, columns: FloatArray) -> FloatArray:

@@ -152,6 +152,11 @@ def hypothesis(
     )
 
 
+def with_fit(one: Hypothesis, fitted: Fitted, holdout: Sequence[FitRun]) -> Hypothesis:
+    """The same hypothesis after another refit."""
+    return hypothesis(one.added, fitted, one.free, holdout, one.reference_gain)
+
+
 def probed(base: Fitted, screened: Sequence[Screened], free: Sequence[str]) -> list[Screened]:
     """The first `PROBED` candidates by what a few steps of a refit gain, on few samples; best first.
 
@@ -233,7 +238,7 @@ def rivals_again(hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) ->
             return one  # these values are not allowed with its effects
         if fitted.cost >= one.fitted.cost:
             return one
-        return hypothesis(one.added, fitted, one.free, holdout, one.reference_gain)
+        return with_fit(one, fitted, holdout)
 
     return together(again, hypotheses)
 

@@ -33,6 +33,7 @@ from .hypotheses import (
     probed,
     rivals_again,
     tried,
+    with_fit,
 )
 from .levels import Levels, coarse, step_noise, with_levels
 from .locate import Place, locate
@@ -350,7 +351,7 @@ class _Work:
         fitted = winner.fitted
         if any(spec.startswith("offset_drift") for spec in winner.material):
             self.said("refit with free zeros")
-            loose = hypothesis(winner.added, untied(fitted, winner.free), winner.free, self.held, winner.reference_gain)
+            loose = with_fit(winner, untied(fitted, winner.free), self.held)
             if not self.held and winner.held is not None:
                 loose = folded(loose)
             if left(loose) < left(winner):
