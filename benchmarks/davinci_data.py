@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tsm_fmu.check import check_record
-from tsm_fmu.identify.fit import Fit, fit
-from tsm_fmu.identify.problem import FitRun
-from tsm_fmu.identify.specification import fit_parameters, fit_run
-from tsm_fmu.kernel import Kernel
-from tsm_fmu.record import Record, read_record
+from tsm_fmu.checking import check_record
+from tsm_fmu.identification.fit import Fit, fit
+from tsm_fmu.kernels.kernel import Kernel
+from tsm_fmu.logs.record import Record, read_record
+from tsm_fmu.regression.problem import FitRun
+from tsm_fmu.regression.specification import fit_parameters, fit_run
 
 FloatArray = NDArray[np.float64]
 

@@ -12,14 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from tsm_fmu.chain import chain
-from tsm_fmu.diagnose.answer import answer
-from tsm_fmu.diagnose.result import gaps
-from tsm_fmu.diagnose.study import rms
-from tsm_fmu.diagnose.workflow import Diagnosis, diagnose
-from tsm_fmu.identify.fit import fit
-from tsm_fmu.identify.specification import fit_parameters, fit_run, per_run_fields
-from tsm_fmu.record import Record, read_record
+from tsm_fmu.diagnosis.fits.refit import rms
+from tsm_fmu.diagnosis.report.sentence import answer
+from tsm_fmu.diagnosis.report.write import gaps
+from tsm_fmu.diagnosis.workflow import Diagnosis, diagnose
+from tsm_fmu.identification.fit import fit
+from tsm_fmu.kernels.chain import chain
+from tsm_fmu.logs.record import Record, read_record
+from tsm_fmu.regression.specification import fit_parameters, fit_run, per_run_fields
 
 from .davinci_data import SETTLED, data_folder, values_of
 

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from tsm_fmu.chain import chain
-from tsm_fmu.identify.specification import fit_run
+from tsm_fmu.kernels.chain import chain
+from tsm_fmu.regression.specification import fit_run
 
 from .davinci_data import THINNED, FloatArray, Logs, Split, fit_from, fit_runs, rmse, values_of
 

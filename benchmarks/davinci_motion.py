@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from tsm_fmu.chain import chain
-from tsm_fmu.identify.fit import Fit, fit
-from tsm_fmu.identify.problem import FitRun
-from tsm_fmu.identify.residuals import noise_floor
-from tsm_fmu.identify.specification import fit_parameters, per_run_fields
-from tsm_fmu.kernel import kernel
+from tsm_fmu.identification.fit import Fit, fit
+from tsm_fmu.kernels.chain import chain
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.regression.problem import FitRun
+from tsm_fmu.regression.residuals import noise_floor
+from tsm_fmu.regression.specification import fit_parameters, per_run_fields
 
 from .davinci_data import SETTLED, THINNED, FloatArray, Logs, Split, fit_from, fit_runs, rmse, values_of
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from tsm_fmu.chain import chain
-from tsm_fmu.kernel import Kernel, kernel
+from tsm_fmu.kernels.chain import chain
+from tsm_fmu.kernels.kernel import Kernel, kernel
 
 from .davinci_data import THINNED, Logs, Split, fit_from, fit_runs, rmse, values_of
 

@@ -13,10 +13,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
 
-from tsm_fmu.diagnose.result import write_diagnosis
-from tsm_fmu.diagnose.workflow import Diagnosis, diagnose
-from tsm_fmu.kernel import kernel
-from tsm_fmu.record import Record, read_record
+from tsm_fmu.diagnosis.report.write import write_diagnosis
+from tsm_fmu.diagnosis.workflow import Diagnosis, diagnose
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.record import Record, read_record
 
 from .blind.catalogue import Case
 from .blind.generate import SAMPLE, make

@@ -20,7 +20,7 @@ from pythonfmu.builder import FmuBuilder
 from tsm_fmu.cosim.unpack import unpacked
 from tsm_fmu.fmu.build import build_fmu
 from tsm_fmu.fmu.stimuli import stimuli
-from tsm_fmu.kernel import Kernel
+from tsm_fmu.kernels.kernel import Kernel
 from tsm_fmu.models import MODELS
 
 from .ratio import Ratio, compare

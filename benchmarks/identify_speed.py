@@ -15,10 +15,10 @@ from time import perf_counter
 
 import numpy as np
 
-from tsm_fmu.identify.fit import Fit, fit
-from tsm_fmu.identify.problem import FitRun
-from tsm_fmu.identify.specification import fit_parameters
-from tsm_fmu.kernel import kernel
+from tsm_fmu.identification.fit import Fit, fit
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.regression.problem import FitRun
+from tsm_fmu.regression.specification import fit_parameters
 
 from .equations import Sines, modified_lugre, solved
 from .ratio import Ratio

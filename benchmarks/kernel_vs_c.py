@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from tsm_fmu.kernel import compiled_run, kernel
+from tsm_fmu.kernels.kernel import compiled_run, kernel
 
 from .ratio import Ratio, compare
 

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tsm_fmu.kernel import Kernel, kernel
+from tsm_fmu.kernels.kernel import Kernel, kernel
 
 from .equations import (
     Array,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tsm_fmu.fmu.build import build_fmu, script_text
 from tsm_fmu.fmu.validate import validate_fmu
-from tsm_fmu.kernel import Kernel
+from tsm_fmu.kernels.kernel import Kernel
 from tsm_fmu.models import MODELS
 
 FOLDER = Path(__file__).parents[1] / "fmus"

@@ -14,7 +14,7 @@ from fmpy.fmi2 import FMU2Slave
 
 from tsm_fmu.cosim.unpack import unpacked
 from tsm_fmu.fmu.build import build_fmu
-from tsm_fmu.kernel import Kernel, kernel
+from tsm_fmu.kernels.kernel import Kernel, kernel
 
 Fmus = Callable[[str], Path]
 

@@ -12,8 +12,8 @@ from tsm_fmu.cosim.master import simulate_system
 from tsm_fmu.cosim.order import schedule
 from tsm_fmu.cosim.ssp import write_ssp
 from tsm_fmu.cosim.system import Component, Connection, Experiment, System, check_system
-from tsm_fmu.kernel import kernel
-from tsm_fmu.record import read_record, write_record
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.record import read_record, write_record
 
 
 def inertia_loop(fmus, connections):

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.paper_cases import lebus, mmt, mssp
 from benchmarks.paper_cases.case import answered
 from tsm_fmu.card import read_card
-from tsm_fmu.cosim.scenarios import mssp_feedforward as scenario
+from tsm_fmu.scenarios import mssp_feedforward as scenario
 
 AGAIN = ("non_periodic",)  # the motion that was held out
 SHORT = replace(scenario.EXPERIMENT, stop=15.0)  # one period of the periodic motion is judged

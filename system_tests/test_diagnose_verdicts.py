@@ -15,8 +15,8 @@ from scipy.signal import lfilter
 from tsm_fmu.card import read_card
 from tsm_fmu.cli.app import run
 from tsm_fmu.cosim.replay import replay
-from tsm_fmu.kernel import kernel
-from tsm_fmu.record import read_record
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.record import read_record
 
 DT, ROWS = 0.01, 1600
 FRICTION = {"sigma0": 109.0, "sigma1": 0.0, "sigma2": 0.117, "F_c": 0.73, "F_s": 0.73, "v_s": 0.3}

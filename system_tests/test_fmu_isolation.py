@@ -9,7 +9,7 @@ import fmpy
 import pytest
 
 from tsm_fmu.fmu.build import build_fmu
-from tsm_fmu.kernel import Kernel, kernel
+from tsm_fmu.kernels.kernel import Kernel, kernel
 from tsm_fmu.models import MODELS
 
 

@@ -11,9 +11,9 @@ import fmpy
 import pytest
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]
 
-from tsm_fmu.chain import chain
 from tsm_fmu.fmu.build import build_fmu
-from tsm_fmu.kernel import kernel
+from tsm_fmu.kernels.chain import chain
+from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models import MODELS
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
 
-from tsm_fmu.kernel import Kernel
+from tsm_fmu.kernels.kernel import Kernel
 from tsm_fmu.models import MODELS
 
 from .conftest import Instance, wandering_inputs

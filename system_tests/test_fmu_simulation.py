@@ -7,10 +7,10 @@ import fmpy
 import numpy as np
 import pytest
 
-from tsm_fmu.chain import chain
 from tsm_fmu.fmu.build import build_fmu
 from tsm_fmu.fmu.validate import validate_fmu
-from tsm_fmu.kernel import Kernel, kernel
+from tsm_fmu.kernels.chain import chain
+from tsm_fmu.kernels.kernel import Kernel, kernel
 from tsm_fmu.models import MODELS
 
 from .conftest import wandering_inputs

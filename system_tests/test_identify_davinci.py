@@ -12,8 +12,8 @@ import pytest
 from tsm_fmu.card import read_card
 from tsm_fmu.cli.app import run
 from tsm_fmu.cosim.replay import replay
-from tsm_fmu.kernel import kernel
-from tsm_fmu.record import read_record
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.record import read_record
 
 ROOT = Path(os.environ.get("TSM_FMU_DATA") or Path(__file__).parents[2] / "shared" / "data")
 T4L4 = ROOT / "davinci" / "T4L4"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tsm_fmu.cosim.cases import run_cases, statistics
-from tsm_fmu.cosim.scenarios import configuration_independence as scenario
+from tsm_fmu.scenarios import configuration_independence as scenario
 
 MU, EA, T_0 = 0.16, 6786.0, 1.1
 BENT_540 = ("uniform", "bends_at_driver", "bends_at_follower", "bends_apart")

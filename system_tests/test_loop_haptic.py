@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tsm_fmu.cosim.cases import run_cases, with_values
-from tsm_fmu.cosim.scenarios import mssp_feedforward as scenario
-from tsm_fmu.cosim.scenarios import mssp_haptic
+from tsm_fmu.scenarios import mssp_feedforward as scenario
+from tsm_fmu.scenarios import mssp_haptic
 
 R = 0.025
 EXTRA = ("motor.domega", "friction.tau_drive", "haptic.F")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tsm_fmu.cosim.cases import run_cases, with_values
-from tsm_fmu.cosim.scenarios import lebus_drive as scenario
+from tsm_fmu.scenarios import lebus_drive as scenario
 
 MU, L, T_0, EA, R = 0.16, 1.5, 1.1, 6786.0, 0.0125
 LOAD = {"m05_180": (0.5, 180.0, 0.154), "m05_540": (0.5, 540.0, 0.183), "m10_180": (1.0, 180.0, 0.198)}

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from tsm_fmu.cosim.cases import run_cases, statistics
-from tsm_fmu.cosim.scenarios import single_tsm_force as scenario
+from tsm_fmu.scenarios import single_tsm_force as scenario
 
 STOP = {"dahl.1_hz": 1.5, "dahl.08_hz": 2.0, "bouc_wen.multi_periodic": 6.0, "modified_lugre.periodic": 7.5}
 R_MM = 25.0

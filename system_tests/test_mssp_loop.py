@@ -10,10 +10,10 @@ import pytest
 from tsm_fmu.cosim.cases import chosen, run_cases, statistics
 from tsm_fmu.cosim.master import simulate_system
 from tsm_fmu.cosim.order import schedule
-from tsm_fmu.cosim.scenarios import mssp_feedforward as scenario
-from tsm_fmu.cosim.scenarios.pid_design import controller_model, design_pid, motor_model
 from tsm_fmu.cosim.system import Component, Connection, System, check_system
-from tsm_fmu.kernel import kernel
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.scenarios import mssp_feedforward as scenario
+from tsm_fmu.scenarios.pid_design import controller_model, design_pid, motor_model
 
 CASES = (
     "periodic.law_1",

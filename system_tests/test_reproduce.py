@@ -9,8 +9,8 @@ import sys
 import pytest
 
 from tsm_fmu.cli.app import run
-from tsm_fmu.reproduce.closed_loops import closed_loop_claims
-from tsm_fmu.reproduce.verdict import Verdict
+from tsm_fmu.reproduction.closed_loops import closed_loop_claims
+from tsm_fmu.reproduction.verdict import Verdict
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 

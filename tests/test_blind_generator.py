@@ -23,8 +23,8 @@ from benchmarks.blind.operators import maxwell_slip
 from benchmarks.blind.outside import OUTSIDE
 from benchmarks.blind.plants import MODELS, channels, draw_rig, signals
 from tsm_fmu.effects import EFFECTS
-from tsm_fmu.kernel import kernel
-from tsm_fmu.record import read_record
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.record import read_record
 
 ROOT = Path(__file__).parents[1]
 

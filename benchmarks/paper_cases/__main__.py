@@ -7,9 +7,9 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from tsm_fmu.cosim.scenarios import mssp_feedforward
 from tsm_fmu.fmu.build import build_fmu
-from tsm_fmu.kernel import kernel
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.scenarios import mssp_feedforward
 
 from . import lebus, mmt, mssp
 from .case import Answer, answered

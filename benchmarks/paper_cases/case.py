@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from tsm_fmu.card import CardParameter, ModelCard, write_card
 from tsm_fmu.cosim.system import Value
-from tsm_fmu.kernel import kernel
-from tsm_fmu.record import write_record
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.record import write_record
 
 from ..blind.judge import in_process
 

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tsm_fmu.kernel import kernel
-from tsm_fmu.papers import WEIGHT_N
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.scenarios.papers import WEIGHT_N
 
 from .case import Case, FloatArray, carded, logged
 

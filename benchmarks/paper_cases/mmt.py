@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tsm_fmu.kernel import kernel
+from tsm_fmu.kernels.kernel import kernel
 
 from .case import Case, FloatArray, logged
 

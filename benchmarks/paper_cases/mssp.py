@@ -26,14 +26,14 @@ from pathlib import Path
 import numpy as np
 
 from tsm_fmu.card import ModelCard, read_card
-from tsm_fmu.chain import chain
 from tsm_fmu.cosim.cases import run_cases
-from tsm_fmu.cosim.scenarios import mssp_feedforward as scenario
-from tsm_fmu.cosim.scenarios.pid_design import design_pid
 from tsm_fmu.cosim.system import Component, Connection, Experiment, System, Value
 from tsm_fmu.cosim.trajectory import Trajectory
 from tsm_fmu.fmu.build import build_fmu
-from tsm_fmu.kernel import kernel
+from tsm_fmu.kernels.chain import chain
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.scenarios import mssp_feedforward as scenario
+from tsm_fmu.scenarios.pid_design import design_pid
 
 from .case import Answer, Case, answered, carded, logged
 

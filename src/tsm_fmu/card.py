@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from . import __version__
-from .kernel import Kernel, kernel
+from .kernels.kernel import Kernel, kernel
 from .models.contract import InputError, Variable
 
 __all__ = ["FORMAT", "CardParameter", "ModelCard", "Provenance", "RecordUsed", "read_card", "write_card"]
@@ -94,7 +94,7 @@ class ModelCard:
         InputError
             Unknown model or effect.
         """
-        from .chain import chain  # imports every effect: a card without any does not pay
+        from .kernels.chain import chain  # imports every effect: a card without any does not pay
 
         return chain(self.model, self.effects) if self.effects else kernel(self.model)
 

@@ -12,7 +12,7 @@ from tsm_fmu.cosim.cases import run_cases
 from tsm_fmu.cosim.ssp import write_ssp
 from tsm_fmu.cosim.system import Component, Experiment, System
 from tsm_fmu.cosim.trajectory import SimulationStopped
-from tsm_fmu.record import read_record, write_record
+from tsm_fmu.logs.record import read_record, write_record
 
 TIMING = Experiment(stop=0.3, step=0.01)
 

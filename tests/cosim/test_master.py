@@ -12,7 +12,7 @@ from tsm_fmu import InputError
 from tsm_fmu.cosim.master import METHODS, simulate_system
 from tsm_fmu.cosim.system import Component, Connection, System
 from tsm_fmu.cosim.trajectory import SimulationInterrupted, SimulationStopped, write_trajectory
-from tsm_fmu.record import read_record
+from tsm_fmu.logs.record import read_record
 
 
 def decay(foreign, rate=2.7, start=1.3):

@@ -8,7 +8,7 @@ import pytest
 from tsm_fmu import InputError
 from tsm_fmu.cosim.replay import agreement, replay
 from tsm_fmu.cosim.trajectory import SimulationStopped
-from tsm_fmu.record import Record
+from tsm_fmu.logs.record import Record
 
 
 def run(time, **columns):

@@ -10,7 +10,7 @@ import pytest
 from tsm_fmu.cli.app import run
 from tsm_fmu.cosim.ssp import write_ssp
 from tsm_fmu.cosim.system import Component, Experiment, System
-from tsm_fmu.table import read_table
+from tsm_fmu.logs.table import read_table
 
 TIMING = Experiment(stop=0.8, step=0.01)
 

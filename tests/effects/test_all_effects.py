@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tsm_fmu.chain import SIGNALS
 from tsm_fmu.effects import EFFECTS
-from tsm_fmu.kernel import Kernel
+from tsm_fmu.kernels.chain import SIGNALS
+from tsm_fmu.kernels.kernel import Kernel
 
 IDS = (
     "coulomb viscous stribeck acceleration_branches inertia friction_lag presliding_shape nonlocal_memory "

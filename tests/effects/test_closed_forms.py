@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tsm_fmu.effects import EFFECTS
-from tsm_fmu.kernel import Kernel
+from tsm_fmu.kernels.kernel import Kernel
 
 BY_NAME = {module.NAME: Kernel(module) for module in EFFECTS}
 

@@ -10,7 +10,7 @@ import pytest
 
 from tsm_fmu import InputError
 from tsm_fmu.fmu.build import build_fmu, needed_sources
-from tsm_fmu.kernel import kernel
+from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models import MODELS
 
 NAME = "PairedTsmBacklash"
@@ -33,7 +33,7 @@ def guid_of(path: Path) -> str:
 @pytest.mark.parametrize("seed", ["0", "731"])
 def test_a_build_in_another_process_gives_the_same_bytes(fmu, tmp_path, seed):
     code = (
-        "import sys, pathlib; from tsm_fmu.kernel import kernel; from tsm_fmu.fmu.build import build_fmu;"
+        "import sys, pathlib; from tsm_fmu.kernels.kernel import kernel; from tsm_fmu.fmu.build import build_fmu;"
         f"build_fmu(kernel({NAME!r}), pathlib.Path(sys.argv[1]))"
     )
     environment = {"PYTHONHASHSEED": seed, "TZ": "Asia/Kathmandu", "PATH": ""}

@@ -6,9 +6,9 @@ from xml.etree.ElementTree import Element
 import pytest
 
 from tsm_fmu.fmu.description import interface, model_description
-from tsm_fmu.kernel import Kernel, kernel
+from tsm_fmu.kernels.kernel import Kernel, kernel
+from tsm_fmu.logs.units import unit_to_si
 from tsm_fmu.models import MODELS
-from tsm_fmu.units import unit_to_si
 
 
 def described(k: Kernel, **starts: float) -> Element:

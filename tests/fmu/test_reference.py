@@ -11,7 +11,7 @@ from tsm_fmu import InputError
 from tsm_fmu.fmu.build import build_fmu
 from tsm_fmu.fmu.reference import FOLDER, SMOKE_ROWS
 from tsm_fmu.fmu.stimuli import KNOTS, ROWS, STEP, motion, stimuli
-from tsm_fmu.kernel import Kernel, kernel
+from tsm_fmu.kernels.kernel import Kernel, kernel
 from tsm_fmu.models import MODELS
 
 TIME = STEP * np.arange(ROWS)

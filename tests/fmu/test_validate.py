@@ -11,7 +11,7 @@ import pytest
 from tsm_fmu.cli.app import run
 from tsm_fmu.fmu.build import build_fmu
 from tsm_fmu.fmu.validate import validate_fmu
-from tsm_fmu.kernel import kernel
+from tsm_fmu.kernels.kernel import kernel
 
 XML = "modelDescription.xml"
 

@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import hyp2f1
 
-from tsm_fmu.models import bouc_wen
-from tsm_fmu.models.bouc_wen import bouc_wen_after
+from tsm_fmu.models.laws import bouc_wen
+from tsm_fmu.models.laws.bouc_wen import bouc_wen_after
 
 SIGMA, N, RHO = 1.7512, 2.0458, 26.6659
 

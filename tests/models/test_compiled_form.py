@@ -7,8 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from tsm_fmu.kernel import kernel
-from tsm_fmu.units import same_quantity, unit_to_si
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.units import same_quantity, unit_to_si
 
 NAMES = (
     "PairedTsmFriction",

@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from tsm_fmu.kernel import Kernel
+from tsm_fmu.kernels.kernel import Kernel
 from tsm_fmu.models import dc_motor
 from tsm_fmu.models.contract import InputError
 from tsm_fmu.models.dc_motor import Inputs, Params, State, start, step

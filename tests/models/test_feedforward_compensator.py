@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.special import lambertw
 
-from tsm_fmu.kernel import kernel
+from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models.contract import InputError
-from tsm_fmu.models.lambert_w import lambert_w0
+from tsm_fmu.models.laws.lambert_w import lambert_w0
 
 PLANT = kernel("PairedTsmBacklash")
 LAW = kernel("FeedforwardCompensator")

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from lebus_finite_elements import Chain
 
-from tsm_fmu.kernel import kernel
+from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models import lebus_transmission
-from tsm_fmu.models.capstan import CAPACITY, stretched
-from tsm_fmu.models.lebus_loop import stretch_a, stretch_b
-from tsm_fmu.models.lebus_rig import rig
-from tsm_fmu.models.lebus_state import loop_of
+from tsm_fmu.models.laws.capstan import CAPACITY, stretched
+from tsm_fmu.models.lebus.loop import stretch_a, stretch_b
+from tsm_fmu.models.lebus.rig import rig
+from tsm_fmu.models.lebus.state import loop_of
 
 K = kernel("LebusTransmission")
 R = 0.0125

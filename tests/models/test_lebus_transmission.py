@@ -6,10 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from tsm_fmu.kernel import kernel
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.units import same_quantity, unit_to_si
 from tsm_fmu.models import lebus_transmission
 from tsm_fmu.models.contract import InputError
-from tsm_fmu.units import same_quantity, unit_to_si
 
 K = kernel("LebusTransmission")
 R, G, L = 0.0125, 9.81, 1.5

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from tsm_fmu.kernel import kernel
-from tsm_fmu.models import lebus_geometry, lebus_winding
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.models import lebus_winding
 from tsm_fmu.models.contract import InputError
+from tsm_fmu.models.lebus import geometry as lebus_geometry
 
 K = kernel("LebusWinding")
 

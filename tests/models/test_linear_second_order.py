@@ -6,8 +6,8 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 
-from tsm_fmu.models import linear_second_order
-from tsm_fmu.models.linear_second_order import first_fall_below_zero, response, slope_response
+from tsm_fmu.models.laws import linear_second_order
+from tsm_fmu.models.laws.linear_second_order import first_fall_below_zero, response, slope_response
 
 CASES = [
     (1.7e4, 2.3e6),  # poles far apart, as of a small motor

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tsm_fmu.kernel import kernel
+from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models.contract import InputError
-from tsm_fmu.models.lugre import bristle_after
+from tsm_fmu.models.laws.lugre import bristle_after
 from tsm_fmu.models.lugre_friction import Inputs, State, start, step
 
 MODEL = kernel("LuGreFriction")

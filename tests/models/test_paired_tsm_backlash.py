@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tsm_fmu.kernel import kernel
-from tsm_fmu.models.coleman_hodgdon import hysteresis_after
+from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models.contract import InputError
+from tsm_fmu.models.laws.coleman_hodgdon import hysteresis_after
 
 MODEL = kernel("PairedTsmBacklash")
 PUBLISHED = MODEL.params("published")

@@ -8,7 +8,7 @@ import pytest
 from scipy.signal import cont2discrete, dlsim
 
 from tsm_fmu import InputError
-from tsm_fmu.kernel import Kernel
+from tsm_fmu.kernels.kernel import Kernel
 from tsm_fmu.models import pid_controller
 
 PID = Kernel(pid_controller)

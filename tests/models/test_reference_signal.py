@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tsm_fmu.kernel import Kernel
+from tsm_fmu.kernels.kernel import Kernel
 from tsm_fmu.models import reference_signal
 
 REFERENCE = Kernel(reference_signal)

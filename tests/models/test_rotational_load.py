@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tsm_fmu.kernel import Kernel
+from tsm_fmu.kernels.kernel import Kernel
 from tsm_fmu.models import rotational_load
 
 LOAD = Kernel(rotational_load)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tsm_fmu.kernel import kernel
+from tsm_fmu.kernels.kernel import kernel
 
 Level = Callable[[float, float], float]
 Rate = Callable[[float, float, float], float]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tsm_fmu import InputError
-from tsm_fmu.kernel import kernel
-from tsm_fmu.units import unit_to_si
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.units import unit_to_si
 
 MODELS = ["SingleTsmDahl", "SingleTsmBoucWen", "SingleTsmLuGre"]
 LEVEL = {"SingleTsmDahl": "sliding_force", "SingleTsmBoucWen": "sliding_force", "SingleTsmLuGre": "sliding_level"}

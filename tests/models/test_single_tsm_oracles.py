@@ -13,9 +13,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tsm_fmu import InputError
-from tsm_fmu.kernel import kernel
+from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models import single_tsm_lugre
-from tsm_fmu.models.lugre import bristle_after
+from tsm_fmu.models.laws.lugre import bristle_after
 
 W = 2 * np.pi * 0.2  # MMT periodic motion: 1 rad at 0.2 Hz
 

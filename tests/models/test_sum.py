@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tsm_fmu.kernel import kernel
+from tsm_fmu.kernels.kernel import kernel
 
 
 def test_sum_is_linear_with_its_gains() -> None:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tsm_fmu.kernel import kernel
+from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models.contract import InputError
 
 DRIVE = kernel("TendonDrive")

@@ -15,8 +15,8 @@ from typing import Annotated, Any
 import typer
 
 from .. import __version__
+from ..logs.plain_json import finite
 from ..models.contract import InputError
-from ..plain_json import finite
 
 app = typer.Typer(
     name="tsm-fmu",

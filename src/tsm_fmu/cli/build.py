@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ..kernel import kernel
+from ..kernels.kernel import kernel
 from ..models import MODELS
 from ..models.contract import InputError
 from .app import app, print_json

@@ -9,8 +9,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from ..check import RunCheck, check_record
-from ..check.finding import shown
+from ..checking import RunCheck, check_record
+from ..checking.finding import shown
 from .app import app, print_json
 from .runs import Cutoff, Map, ReadOptions, Run, Scale, Start, Stop, read_runs
 

@@ -10,14 +10,14 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from ..logs.record import cutoff_note
 from ..models.contract import InputError
-from ..record import cutoff_note
 from .app import app, print_json, settings
 from .model_argument import model_argument, number_settings
 from .runs import Cutoff, Holdout, Map, Measured, ReadOptions, Scale, Start, Stop, read_runs
 
 if TYPE_CHECKING:
-    from ..diagnose.workflow import Diagnosis
+    from ..diagnosis.workflow import Diagnosis
 
 
 @app.command("diagnose")
@@ -39,8 +39,8 @@ def diagnose(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Find the effect that a model misses; nothing, or "cannot tell", are answers too."""
-    from ..diagnose.result import write_diagnosis
-    from ..diagnose.workflow import diagnose as find
+    from ..diagnosis.report.write import write_diagnosis
+    from ..diagnosis.workflow import diagnose as find
 
     chosen = model_argument(model)
     if out.exists() and not out.is_dir():

@@ -21,8 +21,8 @@ from .outputs import check_output_file
 from .runs import Cutoff, Holdout, Map, Measured, ReadOptions, Scale, Start, Stop, read_runs
 
 if TYPE_CHECKING:  # the library behind them takes a second to import: only this verb pays
-    from ..identify.fit import Fit
-    from ..identify.scores import Agreement
+    from ..identification.fit import Fit
+    from ..logs.agreement import Agreement
 
 
 class Method(StrEnum):
@@ -72,12 +72,12 @@ def identify(
 ) -> None:
     """Fit a model's parameters to measured runs and write a model card."""
     from ..card import write_card
-    from ..identify.fit import fit
-    from ..identify.nuisance import limit_delays, with_nuisance
-    from ..identify.result import as_json as json_of
-    from ..identify.result import model_card
-    from ..identify.specification import fit_parameters, fit_run, measured_channels, per_run_fields
-    from ..record import cutoff_note, kernel_inputs
+    from ..identification.fit import fit
+    from ..identification.nuisance import limit_delays, with_nuisance
+    from ..identification.result import as_json as json_of
+    from ..identification.result import model_card
+    from ..logs.record import cutoff_note, kernel_inputs
+    from ..regression.specification import fit_parameters, fit_run, measured_channels, per_run_fields
 
     chosen = model_argument(model)
     extended = with_nuisance(chosen.kernel, chosen.effects, nuisance)
@@ -111,7 +111,7 @@ def identify(
     used = (records[: len(measured)], records[len(measured) :])
     write_card(out, model_card(result, chosen.preset, *used, extended.effects))
     if report is not None:
-        from ..identify.page import write_fit_report
+        from ..identification.page import write_fit_report
 
         write_fit_report(report, result, runs, records, extended.effects)
     inputs = [v.name for v in kernel.inputs]
@@ -176,7 +176,7 @@ def _print(result: Fit, out: Path, notes: tuple[str, ...]) -> None:
             scores.add_row("all", role, channel, *_score(score), style="bold")
     console.print(scores)
     if result.holdout:
-        from ..identify.fit import SETTLING
+        from ..identification.fit import SETTLING
 
         console.print(f"Held-out runs: the first {SETTLING:g} s give offset and initial state and are not scored.")
     for channel, floor in result.noise_floor.items():

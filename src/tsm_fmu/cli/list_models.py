@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ..effects import EFFECTS
-from ..kernel import Kernel
+from ..kernels.kernel import Kernel
 from ..models import MODELS
 from ..models.contract import InputError, Variable
 from .app import app, print_json

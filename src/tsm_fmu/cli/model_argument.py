@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..card import ModelCard, read_card
-from ..chain import chain
-from ..kernel import Kernel, kernel
+from ..kernels.chain import chain
+from ..kernels.kernel import Kernel, kernel
 from ..models.contract import InputError
 
 

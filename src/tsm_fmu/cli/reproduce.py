@@ -25,10 +25,10 @@ def reproduce(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Every figure and number of the five papers: reported, ours, verdict, why."""
-    from ..reproduce import reproduce as compute
-    from ..reproduce import write_reproduction
-    from ..reproduce.write import as_json as described
-    from ..reproduce.write import make_folder
+    from ..reproduction import reproduce as compute
+    from ..reproduction import write_reproduction
+    from ..reproduction.write import as_json as described
+    from ..reproduction.write import make_folder
 
     make_folder(out)
     console = Console(stderr=True)

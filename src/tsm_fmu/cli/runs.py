@@ -11,9 +11,9 @@ from typing import Annotated
 
 import typer
 
+from ..logs.record import Record, read_record
+from ..logs.samples import check_size
 from ..models.contract import InputError
-from ..record import Record, read_record
-from ..samples import check_size
 from .app import settings
 
 __all__ = [

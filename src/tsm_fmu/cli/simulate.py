@@ -12,9 +12,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from ..kernel import Kernel
+from ..kernels.kernel import Kernel
+from ..logs.record import Record, cutoff_note, kernel_inputs
 from ..models.contract import InputError
-from ..record import Record, cutoff_note, kernel_inputs
 from .app import app, print_json, settings
 from .model_argument import model_argument, number_settings
 from .outputs import check_output_file

@@ -42,7 +42,7 @@ def sweep(
     from ..cosim.master import bar
     from ..cosim.sweep_report import sweep_section
     from ..report import write_report
-    from ..reproduce.write import make_folder
+    from ..reproduction.write import make_folder
 
     if scheduler is not None:
         raise InputError(f"--scheduler {scheduler} -- expected none, it is not available yet -- leave it out")

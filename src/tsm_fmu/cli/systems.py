@@ -60,8 +60,8 @@ def opened(
         No such scenario, file, case or start value, or a folder that is a file.
     """
     from ..cosim.cases import chosen, with_values
-    from ..cosim.scenarios import SCENARIOS
     from ..cosim.ssp import open_ssp
+    from ..scenarios import SCENARIOS
 
     if out.exists() and not out.is_dir():
         raise InputError(f"--out {out} is a file -- expected a folder -- choose another")
@@ -85,6 +85,6 @@ def opened(
 
 def _built(models: tuple[str, ...], folder: Path) -> dict[str, Path]:
     from ..fmu.build import build_fmu
-    from ..kernel import kernel
+    from ..kernels.kernel import kernel
 
     return {model: build_fmu(kernel(model), folder) for model in models}

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..identify import scores
+from ..logs import agreement as scores
+from ..logs.record import Record, cutoff_note, kernel_inputs
+from ..logs.units import unit_to_si
 from ..models.contract import InputError, Quantity, Variable
-from ..record import Record, cutoff_note, kernel_inputs
-from ..units import unit_to_si
 from .description import Description, describe
 from .fmu_instance import FmuFailure, FmuInstance
 from .master import interruptible

@@ -17,8 +17,8 @@ from urllib.parse import unquote
 
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]
 
+from ..logs.units import unit_to_si
 from ..models.contract import InputError
-from ..units import unit_to_si
 from .description import Description, describe
 from .system import Component, Connection, Experiment, System, Value, typed_value, unknown_variable
 from .unpack import unpacked

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from ..logs.plain_json import finite
+from ..logs.table import write_table
 from ..models.contract import InputError
-from ..plain_json import finite
-from ..table import write_table
 from .cases import Quantities, run_cases, statistics, with_values
 from .ssp import Case
 from .system import check_system, typed_value

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..logs.units import same_quantity, unit_to_si
 from ..models.contract import InputError
-from ..units import same_quantity, unit_to_si
 from .description import Description, Port, describe
 
 Value = float | int | bool | str

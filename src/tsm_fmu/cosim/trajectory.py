@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..logs.record import write_record
 from ..models.contract import InputError
-from ..record import write_record
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
-from ..models.lugre import bristle_after
+from ..models.laws.lugre import bristle_after
 
 NAME = "breakaway_ageing"
 PLACES = ("friction",)

@@ -11,9 +11,9 @@ With dx the travel of the input in one step::
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
-from ..models.lugre import bristle_after
-from ..models.signs import held_sign
-from ..models.velocity_filter import filtered_slope
+from ..models.laws.lugre import bristle_after
+from ..models.laws.signs import held_sign
+from ..models.laws.velocity_filter import filtered_slope
 
 
 class Motion(NamedTuple):

@@ -10,8 +10,8 @@ of a long stroke is 2 |beta|/alpha at any speed. Source: MSSP 2015 Eqs (8)-(10);
 
 from typing import Annotated, NamedTuple
 
-from ..models.coleman_hodgdon import hysteresis_after
 from ..models.contract import Quantity
+from ..models.laws.coleman_hodgdon import hysteresis_after
 
 NAME = "smooth_backlash"
 PLACES = ("output", "input")

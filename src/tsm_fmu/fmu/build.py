@@ -23,7 +23,7 @@ from typing import Any
 from uuid import UUID
 from xml.etree import ElementTree
 
-from ..kernel import Kernel
+from ..kernels.kernel import Kernel
 from ..models.contract import InputError
 from . import slave
 from .content import GUID_MARK, TAG_MARK, guid_of, tag_of

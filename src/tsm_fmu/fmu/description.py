@@ -16,9 +16,9 @@ from pythonfmu import __version__ as pythonfmu_version
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from .. import __version__
-from ..kernel import Kernel
+from ..kernels.kernel import Kernel
+from ..logs.units import unit_to_si
 from ..models.contract import Variable
-from ..units import unit_to_si
 
 FIXED_DATE = "1980-01-01T00:00:00Z"
 """Date of generation and of every file in the archive: equal content gives equal bytes."""

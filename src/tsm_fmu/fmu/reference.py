@@ -19,7 +19,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from ..kernel import FloatArray, Kernel
+from ..kernels.kernel import FloatArray, Kernel
 from ..models.contract import InputError
 from .description import Interface, number_text
 from .stimuli import ROWS, STEP, stimuli

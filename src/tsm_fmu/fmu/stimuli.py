@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ..kernel import Kernel
+from ..kernels.kernel import Kernel
 from ..models.contract import Variable
 
 STEP = 1.0 / 64.0

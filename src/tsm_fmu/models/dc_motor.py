@@ -35,7 +35,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from .contract import Preset, Quantity
-from .linear_second_order import first_fall_below_zero, slope_response
+from .laws.linear_second_order import first_fall_below_zero, slope_response
 
 NAME = "DcMotor"
 

@@ -22,7 +22,7 @@ from typing import Annotated, Any, NamedTuple
 
 from .contract import Quantity
 from .joined import Part, joined
-from .lugre import stribeck
+from .laws.lugre import stribeck
 from .tendon_drive import HAS as HAS
 from .tendon_drive import PRESETS as PRESETS
 from .tendon_drive import Params as DriveParams

@@ -22,9 +22,9 @@ Step: x_ff from (23) after x_h has moved, so that no error accumulates in x_ff.
 import math
 from typing import Annotated, NamedTuple
 
-from .coleman_hodgdon import check_slopes, hysteresis_after
-from .coleman_hodgdon_inverse import input_travel, jump_at_full_reversal
 from .contract import Preset, Quantity
+from .laws.coleman_hodgdon import check_slopes, hysteresis_after
+from .laws.coleman_hodgdon_inverse import input_travel, jump_at_full_reversal
 
 NAME = "FeedforwardCompensator"
 

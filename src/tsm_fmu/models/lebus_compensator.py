@@ -35,15 +35,15 @@ from typing import Annotated, Any, NamedTuple
 
 from .contract import Preset, Quantity
 from .joined import Part, joined
-from .lebus_loop import Loop, advance, reference_loop, settle
-from .lebus_rig import Rig, rig, stay_in_grooves
-from .lebus_state import State as LoopState
-from .lebus_state import loop_of, state_of
+from .laws.lugre import bristle_after, friction, stribeck
+from .laws.signs import sign
+from .lebus.loop import Loop, advance, reference_loop, settle
+from .lebus.rig import Rig, rig, stay_in_grooves
+from .lebus.state import State as LoopState
+from .lebus.state import loop_of, state_of
 from .lebus_transmission import PRESETS as TRANSMISSION_PRESETS
 from .lebus_transmission import Params as TransmissionParams
 from .lebus_transmission import check as check
-from .lugre import bristle_after, friction, stribeck
-from .signs import sign
 
 NAME = "LebusCompensator"
 

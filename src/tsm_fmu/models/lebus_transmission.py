@@ -40,13 +40,13 @@ Validity: quasi-static motion of a massless linear-elastic tendon with Coulomb f
 import math
 from typing import Annotated, NamedTuple
 
-from .capstan import sheath_of, stretched
 from .contract import InputError, Preset, Quantity
-from .lebus_geometry import layers_below, wheel_friction
-from .lebus_loop import advance, reference_loop, settle, stretch_b
-from .lebus_rig import Rig, rig, stay_in_grooves
-from .lebus_state import State, loop_of, state_of
-from .signs import sign
+from .laws.capstan import sheath_of, stretched
+from .laws.signs import sign
+from .lebus.geometry import layers_below, wheel_friction
+from .lebus.loop import advance, reference_loop, settle, stretch_b
+from .lebus.rig import Rig, rig, stay_in_grooves
+from .lebus.state import State, loop_of, state_of
 
 NAME = "LebusTransmission"
 

@@ -28,7 +28,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from .contract import InputError, Preset, Quantity
-from .lebus_geometry import TWO_PI, groove_drop, layer_radius, layers_below, wheel_friction
+from .lebus.geometry import TWO_PI, groove_drop, layer_radius, layers_below, wheel_friction
 
 NAME = "LebusWinding"
 

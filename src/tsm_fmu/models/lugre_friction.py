@@ -18,7 +18,7 @@ meant (square root of 1e5, the textbook value of Canudas de Wit et al. 1995). F_
 from typing import Annotated, NamedTuple
 
 from .contract import Preset, Quantity
-from .lugre import bristle_after, can_generate_energy, friction, stribeck
+from .laws.lugre import bristle_after, can_generate_energy, friction, stribeck
 
 NAME = "LuGreFriction"
 FRICTION_LIKE = "F"

@@ -18,8 +18,8 @@ B >= c/2: the published set (B = 0.08363) does so. Simulation accepts it, the in
 
 from typing import Annotated, NamedTuple
 
-from .coleman_hodgdon import check_slopes, hysteresis_after
 from .contract import Preset, Quantity
+from .laws.coleman_hodgdon import check_slopes, hysteresis_after
 
 NAME = "PairedTsmBacklash"
 MOTION = "x_in"

@@ -24,9 +24,9 @@ the friction depend on the rate, and F v < 0 on part of a cycle. zeta steps as i
 import math
 from typing import Annotated, NamedTuple
 
-from .bouc_wen import bouc_wen_after
 from .contract import Preset, Quantity
-from .signs import held_sign, sign
+from .laws.bouc_wen import bouc_wen_after
+from .laws.signs import held_sign, sign
 
 NAME = "PairedTsmFriction"
 MOTION = "x"

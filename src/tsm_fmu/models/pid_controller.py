@@ -30,7 +30,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from .contract import InputError, Preset, Quantity
-from .velocity_filter import filtered_slope
+from .laws.velocity_filter import filtered_slope
 
 NAME = "PidController"
 

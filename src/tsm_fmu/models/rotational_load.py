@@ -19,7 +19,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from .contract import Preset, Quantity
-from .velocity_filter import filtered_slope
+from .laws.velocity_filter import filtered_slope
 
 NAME = "RotationalLoad"
 

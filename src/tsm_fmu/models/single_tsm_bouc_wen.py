@@ -29,11 +29,11 @@ Validity: k > 0, sigma >= 1/2, n >= 1 and inf F_f > 0; then |F| <= max(|F at the
 import math
 from typing import Annotated, NamedTuple
 
-from .bouc_wen import bouc_wen_after
 from .contract import Preset, Quantity
-from .friction_branches import check_pull_side, check_release_side, pull_level, release_level
-from .signs import held_sign
-from .single_tsm_parameters import (
+from .laws.bouc_wen import bouc_wen_after
+from .laws.friction_branches import check_pull_side, check_release_side, pull_level, release_level
+from .laws.signs import held_sign
+from .laws.single_tsm_parameters import (
     HeldSign,
     decay,
     pull_constant,
@@ -45,7 +45,7 @@ from .single_tsm_parameters import (
     release_scale,
     release_split,
 )
-from .tension import DEPENDS, Inputs, Outputs, friction_in, tensions, with_friction
+from .laws.tension import DEPENDS, Inputs, Outputs, friction_in, tensions, with_friction
 
 __all__ = [
     "DEPENDS",

@@ -26,10 +26,10 @@ Validity: inf F_f > 0, that is rho1 + min(mu1, 0) + min(mu2, 0) > 0 and rho2 > |
 from typing import Annotated, NamedTuple
 
 from .contract import Preset, Quantity
-from .friction_branches import check_pull_side, check_release_side, pull_level, release_level
-from .lugre import bristle_after
-from .signs import held_sign
-from .single_tsm_parameters import (
+from .laws.friction_branches import check_pull_side, check_release_side, pull_level, release_level
+from .laws.lugre import bristle_after
+from .laws.signs import held_sign
+from .laws.single_tsm_parameters import (
     HeldSign,
     decay,
     pull_constant,
@@ -41,7 +41,7 @@ from .single_tsm_parameters import (
     release_scale,
     release_split,
 )
-from .tension import DEPENDS, Inputs, Outputs, friction_in, tensions, with_friction
+from .laws.tension import DEPENDS, Inputs, Outputs, friction_in, tensions, with_friction
 
 __all__ = [
     "DEPENDS",

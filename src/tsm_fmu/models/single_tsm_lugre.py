@@ -35,9 +35,9 @@ import math
 from typing import Annotated, NamedTuple
 
 from .contract import InputError, Preset, Quantity
-from .friction_branches import check_pull_side, pull_level, release_level
-from .signs import held_sign
-from .single_tsm_parameters import (
+from .laws.friction_branches import check_pull_side, pull_level, release_level
+from .laws.signs import held_sign
+from .laws.single_tsm_parameters import (
     HeldSign,
     decay,
     pull_constant,
@@ -49,7 +49,7 @@ from .single_tsm_parameters import (
     release_scale,
     release_split,
 )
-from .tension import DEPENDS, LoadTension, MeasuredTension, Outputs, friction_in, tensions
+from .laws.tension import DEPENDS, LoadTension, MeasuredTension, Outputs, friction_in, tensions
 
 __all__ = [
     "DEPENDS",

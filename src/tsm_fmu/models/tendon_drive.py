@@ -13,10 +13,10 @@ Validity: 0 < B = c + beta; then |x_h| <= max(|x_h_0|, |beta|/alpha), and |sigma
 
 from typing import Annotated, NamedTuple
 
-from .coleman_hodgdon import check_slopes, hysteresis_after
 from .contract import Preset, Quantity
-from .lugre import bristle_after, can_generate_energy, friction, stribeck
-from .velocity_filter import filtered_slope
+from .laws.coleman_hodgdon import check_slopes, hysteresis_after
+from .laws.lugre import bristle_after, can_generate_energy, friction, stribeck
+from .laws.velocity_filter import filtered_slope
 
 NAME = "TendonDrive"
 MOTION = "x_in"

@@ -11,9 +11,9 @@ import numpy as np
 
 from .. import __version__
 from ..card import read_card
+from ..logs.record import read_record
+from ..logs.table import read_table
 from ..models.contract import InputError
-from ..record import read_record
-from ..table import read_table
 from .figures import Line, time_figure
 from .page import Section, Table, write_report
 

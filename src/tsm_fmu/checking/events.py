@@ -1,0 +1,162 @@
+"""Glitches, jumps and disturbances: what stands out from the local motion and does not recur.
+
+Two residuals are looked at: the signal less its running median over a tenth of the shortest period of the
+motion (leaves short excursions), and the increment less the running median of the increments around it (leaves
+jumps). An event is where a residual is several times what it is in most other parts of the run, so that noise
+and stick-slip, which recur, are no events. Friction changes sign where the drive turns, so
+near a turn a force may change abruptly by its whole usual range.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from ..logs.quantisation import quantisation_step
+from ..logs.record import Record
+from .finding import Finding, finding, rows_text, shown
+
+__all__ = ["Event", "check_events", "events"]
+
+FloatArray = NDArray[np.float64]
+_TIMES_USUAL = 5.0
+_USUAL = 0.75
+_SMALLEST_SHARE = 0.02
+_STEPS = 4.0
+_INCREMENTS = 11
+_GLITCH = 3
+_FOOT = 0.15
+_FEWEST_BLOCKS = 8
+
+
+@dataclass(frozen=True)
+class Event:
+    """Samples ``first`` to ``last``, both included; ``size`` is the largest excursion, in the channel's unit."""
+
+    kind: str
+    first: int
+    last: int
+    size: float
+
+
+def events(x: FloatArray, window: int, turning: NDArray[np.bool_] | None = None) -> list[Event]:
+    """Events of one channel.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+    window : int
+        Samples over which the motion itself changes little.
+    turning : ndarray of bool, shape (n,), optional
+        Where the drive turns or breaks away, for a force.
+    """
+    window = max(min(window, x.size // _FEWEST_BLOCKS) | 1, _INCREMENTS)
+    usual_range = float(np.subtract(*np.quantile(x, (0.99, 0.01))))
+    floor = max(_SMALLEST_SHARE * usual_range, _STEPS * quantisation_step(x))
+    if usual_range == 0.0 or x.size < _FEWEST_BLOCKS * window:
+        return []
+    excursion = np.abs(x - median_filter(x, window, mode="nearest"))
+    steps = np.diff(x, prepend=x[0])
+    jump = np.abs(steps - median_filter(steps, _INCREMENTS, mode="nearest"))
+    outside = []
+    for residual in (excursion, jump):
+        limit = np.full(x.size, max(floor, _TIMES_USUAL * _usual(residual, window)))
+        if turning is not None:
+            limit[turning] = np.maximum(limit[turning], usual_range)
+        outside.append(residual > limit)
+    return [
+        _described(x, a, b, np.where(outside[0], excursion, 0.0), outside[1], window)
+        for a, b in _spans(outside[0] | outside[1], window)
+    ]
+
+
+def check_events(record: Record, window: int, positions: Sequence[str], turning: NDArray[np.bool_]) -> list[Finding]:
+    """Findings for the events of all channels; what happens at once in several channels is one finding.
+
+    Parameters
+    ----------
+    record : Record
+    window : int
+        As for `events`.
+    positions : sequence of str
+        Channels that are positions; all others may change fast at a turn.
+    turning : ndarray of bool, shape (n,)
+        Where the drive turns or breaks away.
+    """
+    per_channel = [
+        (name, event)
+        for name, x in record.columns.items()
+        for event in events(x, window, None if name in positions else turning)
+    ]
+    groups: list[list[tuple[str, Event]]] = []
+    for item in sorted(per_channel, key=lambda pair: pair[1].first):
+        last = max((event.last for _, event in groups[-1]), default=0) if groups else 0
+        if groups and item[1].first <= last + window // 2:
+            groups[-1].append(item)
+        else:
+            groups.append([item])
+    return [_finding(record, group, window, positions) for group in groups]
+
+
+def _finding(record: Record, group: list[tuple[str, Event]], window: int, positions: Sequence[str]) -> Finding:
+    first, last = min(e.first for _, e in group), max(e.last for _, e in group)
+    sizes: dict[str, float] = {}
+    for name, event in group:
+        sizes[name] = max(sizes.get(name, 0.0), event.size)
+    kinds = [event.kind for _, event in group]
+    early = first < window
+    kind = "start_up" if early else next(k for k in ("disturbance", "jump", "glitch") if k in kinds)
+    t0, t1 = record.time[first], record.time[last]
+    moved = " and ".join(f"{name} by {shown(size, record.units[name])}" for name, size in sizes.items())
+    where = f"at {t0:.3f} s" if last - first < _GLITCH else f"from {t0:.3f} to {t1:.3f} s"
+    sudden = "lost counts or a slipped coupling" if set(sizes) <= set(positions) else "something that slips or lets go"
+    what = {
+        "start_up": f"start-up transient until {t1:.3f} s: {moved}; leave it out with --from",
+        "glitch": f"{moved} {where}, for {last - first + 1} samples only: a glitch of the measurement, or a knock",
+        "jump": f"{moved} {where} and stays there: a jump, as of {sudden}",
+        "disturbance": f"{moved} {where} away from the motion around it, once in the run: a disturbance",
+    }[kind]
+    rows = f" ({rows_text(record, first, last)})"
+    return finding(record, kind, ", ".join(sizes), 0 if early else first, last, what + rows)
+
+
+def _usual(residual: FloatArray, window: int) -> float:
+    """What the largest residual of a block is in three of four blocks."""
+    starts = np.arange(0, residual.size - window // 2, max(1, window // 2))
+    return float(np.quantile(np.maximum.reduceat(residual, starts), _USUAL))
+
+
+def _spans(outside: NDArray[np.bool_], window: int) -> list[tuple[int, int]]:
+    """First and last samples of the runs of True; runs closer than half a window are one."""
+    at = np.flatnonzero(outside)
+    if not at.size:
+        return []
+    breaks = np.flatnonzero(np.diff(at) > window // 2)
+    return [(int(a), int(b)) for a, b in zip(at[np.r_[0, breaks + 1]], at[np.r_[breaks, at.size - 1]], strict=True)]
+
+
+def _described(
+    x: FloatArray, first: int, last: int, excursion: FloatArray, jump: NDArray[np.bool_], window: int
+) -> Event:
+    """What an event is: its level afterwards tells a jump, its length a glitch."""
+    reach = max(_INCREMENTS, window // 2)
+    before, after = x[max(0, first - reach) : first], x[last + 1 : last + 1 + reach]
+    part = excursion[first : last + 1]
+    # a wide event pulls the running median along: what is below a part of its height is not the event
+    away = first + np.flatnonzero(part > (_FOOT if first > window else 0.0) * part.max())
+    jumps = first + np.flatnonzero(jump[first : last + 1])
+    steps = np.diff(x, prepend=x[0])
+    if jumps.size and before.size and after.size:
+        around = np.median(steps[max(0, first - reach) : last + 1 + reach])
+        kept = abs(float(np.sum(steps[jumps] - around)))
+        if kept > 0.5 * float(np.max(np.abs(steps[jumps]))):
+            return Event("jump", int(jumps[0]), int(jumps[-1]), kept)
+    if away.size:
+        first, last = int(away[0]), int(away[-1])
+    level = float(np.median(before)) if before.size else float(x[last])
+    size = float(np.max(np.abs(x[first : last + 1] - level)))
+    return Event("glitch" if last - first < _GLITCH else "disturbance", first, last, size)

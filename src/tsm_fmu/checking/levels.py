@@ -1,0 +1,117 @@
+"""What a channel's values say about its sensor: converter steps, clipping, a value that does not move."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..logs.record import Record
+from .finding import Finding, finding, rows_text, shown
+
+__all__ = ["check_clipping", "check_quantisation", "check_stuck"]
+
+FloatArray = NDArray[np.float64]
+_COARSE = 50.0
+_MOVES = 0.3
+_AT_SPEED = 0.35
+_NEAR = 0.05
+_BAND = 0.2
+_OFTEN = 0.2
+_OF_VISITS = 0.8
+_REPEATS = 30.0
+_FEWEST = 10
+
+
+def check_quantisation(record: Record, name: str, step: float) -> list[Finding]:
+    """A finding where the channel's range holds few steps."""
+    x = record.columns[name]
+    levels = float(np.ptp(x)) / step if step > 0.0 else np.inf
+    if levels >= _COARSE:
+        return []
+    text = (
+        f"{name} moves over {levels:.0f} steps of {shown(step, record.units[name])} only: "
+        "the sensor is coarse for this motion"
+    )
+    return [finding(record, "quantisation", name, 0, x.size - 1, text)]
+
+
+def check_clipping(record: Record, name: str, step: float, window: int) -> list[Finding]:
+    """A finding for each end of the range where the signal stays exactly at a limit, as it would not by itself.
+
+    In a channel with noise, which goes up and down from sample to sample, repeating the largest value is enough.
+    Else, a position may rest there by friction: then it has to run into the limit, and leave it, at speed on nearly
+    every of several visits.
+    """
+    x = record.columns[name]
+    wobbles = np.diff(x, prepend=x[0]) * np.diff(x, append=x[-1]) < 0.0
+    found = []
+    lead = max(3, window // 4)
+    typical = float(np.sqrt(np.mean(np.square(x[lead:] - x[:-lead])))) if x.size > lead else 0.0
+    for end, limit in (("upper", float(x.max())), ("lower", float(x.min()))):
+        at_limit = np.abs(x - limit) <= max(0.25 * step, 1e-12 * abs(limit))
+        starts, lengths = _runs(at_limit)
+        flat = lengths >= 3
+        count = int(lengths[flat].sum())
+        if typical == 0.0 or count < max(_FEWEST, x.size // 500):
+            continue
+        begins, ends = starts[flat], (starts + lengths - 1)[flat]
+        near = (np.abs(x - limit) < _BAND * float(np.ptp(x))) & ~at_limit
+        noisy = near.any() and float(np.mean(wobbles[near])) > _OFTEN
+        if noisy or _runs_into(x, limit, begins, ends, lead, _AT_SPEED * typical):
+            text = (
+                f"{name} stays at its {end} limit {shown(limit, record.units[name])} for {count} samples in "
+                f"{begins.size} stretches: clipped or against a stop"
+            )
+            found.append(finding(record, "clipping", name, int(begins[0]), int(ends[-1]), text))
+    return found
+
+
+def check_stuck(record: Record, name: str, moving: list[str]) -> list[Finding]:
+    """A finding where the channel repeats one value exactly while another moves, or far longer than it ever does.
+
+    Parameters
+    ----------
+    record : Record
+    name : str
+    moving : list of str
+        Channels that are positions.
+    """
+    x = record.columns[name]
+    if np.ptp(x) == 0.0:
+        text = f"{name} is {shown(float(x[0]), record.units[name])} in every row: not connected, or not measured"
+        return [finding(record, "stuck", name, 0, x.size - 1, text)]
+    begins = np.flatnonzero(np.diff(x, prepend=np.nan) != 0.0)
+    lengths = np.diff(begins, append=x.size)
+    longest = int(np.argmax(lengths))
+    first, last = int(begins[longest]), int(begins[longest] + lengths[longest]) - 1
+    others = [record.columns[c] for c in moving if c != name]
+    travel = max((float(np.ptp(y[first : last + 1])) / max(float(np.ptp(y)), 1e-300) for y in others), default=0.0)
+    noisy = name not in moving and np.median(lengths) <= 3
+    usual = float(np.quantile(np.delete(lengths, longest), 0.99)) if lengths.size > 1 else np.inf
+    long = lengths[longest] >= max(_FEWEST, x.size // 200) and lengths[longest] > _REPEATS * usual
+    if travel <= _MOVES and not (noisy and long):
+        return []
+    while_moving = f" while another position moves over {100 * travel:.0f} % of its range" if travel > _MOVES else ""
+    text = (
+        f"{name} repeats {shown(float(x[first]), record.units[name])} exactly from {record.time[first]:.3f} to "
+        f"{record.time[last]:.3f} s{while_moving} ({rows_text(record, first, last)}): "
+        "stuck sensor or lost link"
+    )
+    return [finding(record, "stuck", name, first, last, text)]
+
+
+def _runs_into(
+    x: FloatArray, limit: float, begins: NDArray[np.int64], ends: NDArray[np.int64], lead: int, fast: float
+) -> bool:
+    visits = _runs(np.abs(x - limit) <= _NEAR * float(np.ptp(x)))[0].size
+    if begins.size < max(2, _OF_VISITS * visits):
+        return False
+    enters, leaves = begins[begins >= lead], ends[ends < x.size - lead]
+    speeds = [np.abs(x[enters] - x[enters - lead]), np.abs(x[leaves] - x[leaves + lead])]
+    return all(s.size and float(np.median(s)) > fast for s in speeds)
+
+
+def _runs(flags: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Start and length of the runs of True."""
+    edges = np.flatnonzero(np.diff(flags.astype(np.int8), prepend=0, append=0))
+    return edges[::2], edges[1::2] - edges[::2]

@@ -1,0 +1,1 @@
+"""Which hypothesis the runs support, down to which floor, and what they could not show."""

@@ -1,0 +1,147 @@
+"""How small a gap can be, and whether what a hypothesis leaves is still something to explain.
+
+Noise: what no hypothesis and no function of the coordinates predicts. Form: what the same refit leaves on reference
+runs without the missing effect. A gap is open where a law is left in it, or where something wanders that is too large
+to be noise of an instrument.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...regression.problem import BoolArray, FloatArray
+from ...regression.residuals import noise_floor
+from ..fits.nuisance import FORM_OF_EFFECT
+from ..fits.refit import Fitted
+from ..fits.response import places_of
+from ..residual.structure import predictable_share
+from .hypotheses import Hypothesis
+from .supported import MATERIAL, Choice
+
+STRUCTURE = 0.1
+"""Share of a residual that must be predictable to call it a law and not noise."""
+WANDERING = 0.02
+"""Part of a channel's spread beyond which a residual that is no law, but not white either, is no instrument's noise."""
+WHITE = 0.5
+"""Share of a residual that must change from sample to sample to be called white."""
+SLOW = 6.0
+"""Residual over its white part beyond which it is no instrument's noise, even if it is smaller than that."""
+EXPLAINED = 0.8
+"""Share of the gap that effects must close where something lawful is left all the same."""
+REFERENCE = 1.3
+"""A gap within this factor of that on reference runs is the model's form."""
+
+
+@dataclass(frozen=True)
+class Floors:
+    """Floors of each channel, in its unit.
+
+    Attributes
+    ----------
+    noise : ndarray, shape (channels,)
+        RMS below which no gap can be explained, as far as we can tell: without repeats it holds the form of the law
+        of the best hypothesis too; not less than the gap on reference runs.
+    least : ndarray, shape (channels,)
+        RMS that is noise whatever the law is; the same where every run repeats.
+    reference : ndarray or None
+        Gap on reference runs after the same refit.
+    open_ : ndarray of bool, shape (channels,)
+        Where the supported hypothesis leaves something that is no noise.
+    unexplained : ndarray of bool, shape (channels,)
+        Where that is more than the form of its laws.
+    """
+
+    noise: FloatArray
+    least: FloatArray
+    reference: FloatArray | None
+    open_: BoolArray
+    unexplained: BoolArray
+
+
+def floors_of(choice: Choice, base: Fitted, calm: Fitted | None, stepped: Sequence[str] = ()) -> Floors:
+    """Floors that follow from what the best hypothesis leaves.
+
+    Parameters
+    ----------
+    choice : Choice
+    base : Fitted
+        Refitted baseline.
+    calm : Fitted or None
+        The same on reference runs.
+    stepped : sequence of str
+        Channels of few levels.
+    """
+    best, winner = choice.best.fitted, choice.winner
+    share = predictable_share(best.residuals, places_of(best))
+    noise = best.rmse * np.sqrt(np.clip(1.0 - share, 0.0, 1.0))
+    repeats = _repeats(best)
+    if repeats is not None:
+        noise = np.minimum(noise, np.maximum(repeats, 1e-9 * best.spread))
+    white = np.minimum(white_noise(best), best.rmse)
+    noise = np.minimum(np.maximum(noise, white), winner.fitted.rmse)
+    least = np.minimum(white, noise) if repeats is None else noise
+    if calm is not None:  # gaps are judged against the larger floor
+        noise, least = np.maximum(noise, calm.rmse), np.maximum(least, calm.rmse)
+    open_ = open_channels(winner, base, calm, stepped)
+    unexplained = open_ & ~_mostly_explained(winner, base, calm)
+    return Floors(noise, least, None if calm is None else calm.rmse, open_, unexplained)
+
+
+def open_channels(one: Hypothesis, base: Fitted, calm: Fitted | None, stepped: Sequence[str] = ()) -> BoolArray:
+    """Channels in which a hypothesis leaves something to explain.
+
+    Parameters
+    ----------
+    one : Hypothesis
+    base : Fitted
+        Refitted baseline: part of what was removed from it may be left, since no law is quite the true one.
+    calm : Fitted or None
+        Baseline on reference runs.
+    stepped : sequence of str
+        Channels of few levels: what is between two levels wanders, and is no gap.
+    """
+    fitted = one.fitted
+    mean_square, spread = fitted.rmse**2, fitted.spread
+    form = FORM_OF_EFFECT * np.maximum(base.rmse**2 - mean_square, 0.0)
+    share = predictable_share(fitted.residuals, places_of(fitted))
+    lawful = (share > STRUCTURE) & (share * mean_square > np.maximum((MATERIAL * spread) ** 2, form))
+    white = np.minimum(white_noise(fitted) ** 2, mean_square)
+    coloured = mean_square - white
+    large = np.where(mean_square > SLOW**2 * white, MATERIAL, WANDERING) * spread
+    wandering = (white < WHITE * mean_square) & (coloured > np.maximum(large**2, form))
+    wandering &= ~np.isin(fitted.problem.channels, list(stepped))
+    found = lawful | wandering
+    if calm is not None:
+        above = fitted.rmse**2 - (REFERENCE * calm.rmse) ** 2
+        found = (found & (above > 0.0)) | (above > np.maximum((MATERIAL * spread) ** 2, form))
+    return found
+
+
+def _mostly_explained(one: Hypothesis, base: Fitted, calm: Fitted | None) -> BoolArray:
+    """Channels in which the effects close nearly all of the gap, though their law is not quite the true one."""
+    noise = np.minimum(white_noise(one.fitted), one.fitted.rmse) if calm is None else calm.rmse
+    gap = np.maximum(base.rmse**2 - noise**2, 1e-300)
+    return (one.fitted.rmse**2 - noise**2 < (1.0 - EXPLAINED) * gap) & bool(one.effects)
+
+
+def white_noise(fitted: Fitted) -> FloatArray:
+    """RMS of what changes from sample to sample in a residual: a lower bound of the noise.
+
+    From third differences, which a smooth signal hardly has; their median, against jumps.
+    """
+    deviations = [np.median(np.abs(np.diff(r, n=3, axis=0)), axis=0) / 0.6745 for r in fitted.residuals]
+    return np.sqrt(np.mean(np.square(deviations), axis=0) / 20.0)
+
+
+def _repeats(fitted: Fitted) -> FloatArray | None:
+    """RMS by which each channel does not repeat from period to period; None where a run has no period."""
+    squares = []
+    for run in fitted.problem.runs:
+        floor = noise_floor(run)
+        if floor is None:
+            return None
+        squares.append(floor**2 * run.time.size)
+    return np.sqrt(np.sum(squares, axis=0) / sum(run.time.size for run in fitted.problem.runs))

@@ -1,0 +1,49 @@
+"""Signs: friction takes energy out of the motion; an answer whose friction gives energy is not physical."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...kernels.kernel import kernel
+from ..fits.refit import Fitted
+from ..fits.response import places_of
+
+ALLOWED = 0.02
+"""Part of the work against friction that it may give back while sliding: presliding stores, and sensors are late."""
+
+
+def returned_share(fitted: Fitted) -> float | None:
+    """Energy that the friction of a fit gives back over what it takes; None for a model without friction of its own.
+
+    Elastic parts that the effects add (stiffness, inertia, creep) give back what they took, so a closed motion is
+    judged as a whole: the share is that of the net work if it is negative, else 0.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    """
+    module, problem = kernel(fitted.model).module, fitted.problem
+    if not hasattr(module, "friction_in"):
+        return None
+    taken = net = 0.0
+    for k, (run, place) in enumerate(zip(problem.runs, places_of(fitted), strict=True)):
+        p = problem.params(fitted.table[k])
+        outputs = problem.every_output(k, fitted.table[k])
+        own = module.Params(*p[: len(module.Params._fields)])
+        inputs = module.Inputs(*run.inputs.T[: len(module.Inputs._fields)])
+        friction = np.broadcast_to(module.friction_in(own, inputs, module.Outputs(*outputs.T)), run.time.shape)
+        work = 0.5 * (friction[1:] + friction[:-1]) * np.diff(place.x)
+        taken += float(np.sum(np.maximum(work, 0.0)))
+        net += float(np.sum(work))
+    return max(0.0, -net) / taken if taken > 0.0 else 0.0
+
+
+def sign_notes(fitted: Fitted) -> tuple[str, ...]:
+    """What a user should know about the signs of an answer, one sentence each."""
+    share = returned_share(fitted)
+    if share is None or share <= ALLOWED:
+        return ()
+    return (
+        f"the friction of the answer gives energy, {100.0 * share:.0f} % of what it takes in between: not physical, "
+        "look at the signs of the load and of the motion",
+    )

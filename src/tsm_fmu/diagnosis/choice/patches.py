@@ -1,0 +1,81 @@
+"""Patches: what is named although something is left all the same.
+
+A right name whose law is not quite the rig's leaves part of its effect, and further effects then gain by patching it
+up. So where something is left that is no noise, the effect that removes most counts if it removes half of that, and a
+further one if it removes more than that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...regression.problem import BoolArray, FitRun, FloatArray
+from ..fits.nuisance import without
+from .hypotheses import Hypothesis, hypothesis
+from .supported import MATERIAL, Choice, left
+
+STRONGEST = 0.5
+"""Mean square that the effect that removes most must remove, over what is left."""
+FURTHER = 1.0
+"""The same of a further effect."""
+
+
+def without_patches(
+    choice: Choice, hypotheses: Sequence[Hypothesis], open_: BoolArray, holdout: Sequence[FitRun]
+) -> Choice | None:
+    """The choice without such effects; None if no effect is more.
+
+    Parameters
+    ----------
+    choice : Choice
+    hypotheses : sequence of Hypothesis
+        Where to find those with fewer effects.
+    open_ : ndarray of bool, shape (channels,)
+        Channels in which the choice leaves something.
+    holdout : sequence of FitRun
+    """
+    found: list[Hypothesis] = []
+    for one in choice.supported:
+        worth = {spec: _worth(one, spec, hypotheses, open_) for spec in one.effects}
+        strongest = max(worth, key=lambda spec: worth[spec])
+        kept = [spec for spec in one.effects if worth[spec] >= (STRONGEST if spec == strongest else FURTHER)]
+        fewer = one if len(kept) == len(one.effects) else _only(one, kept, hypotheses, holdout)
+        if fewer.effects and all(set(fewer.effects) != set(other.effects) for other in found):
+            found.append(fewer)
+    fewest = min((len(h.effects) for h in found), default=0)
+    return Choice(choice.best, tuple(h for h in found if len(h.effects) == fewest)) if found else None
+
+
+def _worth(one: Hypothesis, spec: str, hypotheses: Sequence[Hypothesis], open_: BoolArray) -> float:
+    """Most that an effect removes over what is left, of any channel; without end where only noise is left."""
+    if spec in one.material:
+        removed = (one.material[spec] * one.fitted.spread) ** 2
+    else:
+        removed = _less(one, spec, hypotheses) - one.measured
+    acts = removed > (MATERIAL * one.fitted.spread) ** 2
+    return float(np.max(np.where(open_, removed / one.measured, np.inf)[acts], initial=0.0))
+
+
+def _less(one: Hypothesis, spec: str, hypotheses: Sequence[Hypothesis]) -> FloatArray:
+    """Mean square left with one effect less."""
+    rest = set(one.added) - {spec}
+    there = [h.measured for h in hypotheses if set(h.added) == rest]
+    return there[0] if there else without(one.fitted, spec, one.free).rmse ** 2 + one.reference_gain
+
+
+def _only(
+    one: Hypothesis, kept: Sequence[str], hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]
+) -> Hypothesis:
+    """The hypothesis with some of the effects; its other freedoms are form."""
+    added = tuple(spec for spec in one.added if spec in kept)
+    form = tuple(spec for spec in one.free if spec not in kept)
+    there = sorted((h for h in hypotheses if set(h.added) == set(added)), key=left)
+    if there:
+        return replace(there[0], form=form)
+    fitted = one.fitted
+    for spec in one.added:
+        fitted = fitted if spec in kept else without(fitted, spec, one.free)
+    return replace(hypothesis(added, fitted, one.free, holdout, one.reference_gain), form=form)

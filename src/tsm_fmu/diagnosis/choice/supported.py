@@ -1,0 +1,192 @@
+"""Which hypothesis the runs support: the fewest effects that leave no more than the best fit does.
+
+What a hypothesis leaves is compared with what the best one leaves, on measured and on held-out runs and in every
+channel. A difference counts only beyond
+
+* noise: what autocorrelated noise makes of the mean square of as many independent samples,
+* form: the true law is never quite that of the library, and a right name leaves part of its effect (`FORM_OF_EFFECT`).
+
+Of what is not told apart by that, the fewest effects win; several with as few are a set, but for those that need more
+parameters to leave as much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...regression.problem import BoolArray, FitRun, FloatArray
+from ...regression.threads import together
+from ..fits.nuisance import FORM_OF_EFFECT, nearly_gone, without
+from .hypotheses import Hypothesis, weigh, with_fit
+from .lookalikes import looks_like
+
+MATERIAL = 0.012
+"""An effect that removes less than this part of a channel's spread is within the form of any friction model."""
+SMALLEST = 0.006
+"""The same where a hypothesis removes nearly all that is left: a wrong form is not that simple, so none of it is
+allowed for there either."""
+FORM = 0.003
+"""Difference between two fits, as part of the spread, that says nothing about which is right."""
+EVIDENCE = 8.0
+"""Twice the log likelihood that a difference must make."""
+CONVERGED = 2e-3
+"""Part of the mean square by which refits end apart that differ in rounding only: it must not decide."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What is supported.
+
+    Attributes
+    ----------
+    best : Hypothesis
+        That leaves least.
+    supported : tuple of Hypothesis
+        With the fewest effects, of those not told apart from the best; what leaves least first.
+    """
+
+    best: Hypothesis
+    supported: tuple[Hypothesis, ...]
+
+    @property
+    def winner(self) -> Hypothesis:
+        return self.supported[0]
+
+
+def chosen(hypotheses: Sequence[Hypothesis], plain: Hypothesis) -> Choice:
+    """The supported hypotheses.
+
+    Parameters
+    ----------
+    hypotheses : sequence of Hypothesis
+        The first has no effect but the nuisance freedom.
+    plain : Hypothesis
+        The baseline without that freedom: what is removed is counted from it.
+    """
+    weigh(hypotheses)
+    best = min(hypotheses, key=left)
+    told = stripped(best, hypotheses)
+    alike = [h for h in hypotheses if indistinct(h, told, plain, hypotheses)]
+    fewest = min(len(h.effects) for h in alike)
+    supported = sorted((h for h in alike if len(h.effects) == fewest), key=left)
+    return Choice(best, tuple(h for h in supported if not any(dominated(h, other) for other in supported)))
+
+
+def stripped(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> Hypothesis:
+    """The best hypothesis without what hides behind its other effects: that corrects the form of their laws.
+
+    Unless next to nothing is left with it, which no such correction does.
+    """
+
+    def corrected(one: Hypothesis) -> bool:
+        mine, whole = set(one.effects), set(best.effects)
+        return mine < whole and all(looks_like(s, mine) for s in whole - mine) and not _clean(one, best).any()
+
+    return min((h for h in hypotheses if corrected(h)), key=left, default=best)
+
+
+def dominated(one: Hypothesis, other: Hypothesis) -> bool:
+    """Whether another hypothesis leaves no more with fewer parameters, but for what noise and rounding make of it.
+
+    Of two effects that hide behind each other the number of parameters does not tell which is there.
+    """
+    if len(other.fitted.problem.shared) >= len(one.fitted.problem.shared):
+        return False
+    if any(looks_like(spec, other.effects) for spec in one.effects):
+        return False
+    pairs = [(one.measured, other.measured, one.effective)]
+    if one.held is not None and other.held is not None:
+        pairs.append((one.held, other.held, one.effective_held))
+    return all((theirs <= mine * (1.0 + CONVERGED + EVIDENCE / effective)).all() for mine, theirs, effective in pairs)
+
+
+def leading(hypotheses: Sequence[Hypothesis]) -> Hypothesis:
+    """The one that leaves least, of those that no other leaves as little with fewer parameters: one to build on."""
+    weigh(hypotheses)
+    best = min(hypotheses, key=left)
+    simpler = [h for h in hypotheses if len(h.effects) <= len(best.effects) and dominated(best, h)]
+    return min(simpler, key=left, default=best)
+
+
+def fewer_again(
+    best: Hypothesis, hypotheses: Sequence[Hypothesis], plain: Hypothesis, holdout: Sequence[FitRun]
+) -> list[Hypothesis]:
+    """The same, those with one effect less refitted from the best fit's values where they then leave as little.
+
+    One more effect can lead the others out of a valley in which they had ended without it: it is not missing for that.
+    """
+
+    def again(one: Hypothesis) -> Hypothesis:
+        surplus = [spec for spec in best.added if spec not in one.added]
+        if len(surplus) != 1 or len(one.added) != len(best.added) - 1 or surplus[0] in one.free:
+            return one
+        fitted = without(best.fitted, surplus[0], one.free)
+        if fitted.cost >= one.fitted.cost:
+            return one
+        less = with_fit(one, fitted, holdout)
+        return less if indistinct(less, best, plain) else one
+
+    return together(again, hypotheses)
+
+
+def left(one: Hypothesis) -> float:
+    """What a hypothesis leaves as one number: log of its mean squares over the spread."""
+    parts = [one.measured] if one.held is None else [one.measured, one.held]
+    spread = one.fitted.spread**2
+    return float(np.mean([np.sum(np.log(p / spread + FORM**2)) for p in parts]))
+
+
+def indistinct(one: Hypothesis, best: Hypothesis, plain: Hypothesis, others: Sequence[Hypothesis] = ()) -> bool:
+    """Whether these runs cannot tell a hypothesis from the best one.
+
+    Parameters
+    ----------
+    one, best : Hypothesis
+    plain : Hypothesis
+        The baseline without nuisance freedom.
+    others : sequence of Hypothesis
+        Where to find one with what both have in common: the allowance for form is for what they differ in.
+    """
+    spread = best.fitted.spread**2
+    fewer = not one.effects or len(one.effects) < len(best.effects)  # the surplus must matter
+    clean = _clean(one, best)
+    limit = np.square(np.where(clean, SMALLEST, MATERIAL) if fewer else FORM) * spread
+    form = np.where(clean, 0.0, FORM_OF_EFFECT)
+    if fewer:
+        limit = np.maximum(limit, best.fitted.task.form**2)
+    nothing, nothing_held = _shared(one, best, plain, others)
+    pairs = [(one.measured, best.measured, nothing, best.effective)]
+    if one.held is not None and best.held is not None and nothing_held is not None:
+        pairs.append((one.held, best.held, nothing_held, best.effective_held))
+    for mine, least, before, effective in pairs:
+        removed = np.maximum(before - least, 0.0)
+        noise = EVIDENCE * least / effective
+        if (mine - least > limit + form * removed + noise).any():
+            return False
+    return True
+
+
+def _clean(one: Hypothesis, best: Hypothesis) -> BoolArray:
+    """Channels in which the best leaves next to nothing of what another one leaves."""
+    clean = nearly_gone(one.measured, best.measured)
+    if one.held is not None and best.held is not None:
+        clean &= nearly_gone(one.held, best.held)
+    return clean
+
+
+def _shared(
+    one: Hypothesis, best: Hypothesis, plain: Hypothesis, others: Sequence[Hypothesis]
+) -> tuple[FloatArray, FloatArray | None]:
+    """What is left with the effects alone that both hypotheses have, measured and held out."""
+    common = set(one.effects) & set(best.effects)
+    if not common:
+        return plain.measured, plain.held
+    for other in others:
+        if set(other.added) == common & set(other.added) and common <= set(other.effects):
+            spread = other.fitted.spread**2
+            surplus = sum(x**2 for spec, x in other.material.items() if spec not in common) * spread
+            return other.measured + surplus, None if other.held is None else other.held + surplus
+    return plain.measured, plain.held

@@ -1,0 +1,182 @@
+"""What a log can show: an effect that would be plain in ordinary use, as these runs would show it.
+
+Its amount is set so that it makes `SIZE` of a channel's spread in ordinary use: strokes over the range of the log at
+up to `FREQUENCY`, holds between, a load that swings, a turn and a half of a drum. What the same amount would do in the
+runs, beyond what the baseline's parameters imitate, is seen or is not. An effect that the baseline has already shows
+in neither; it is not called unexcited.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.signal import chirp
+
+from ...effects.coordinates import ANGLE
+from ...kernels.chain_source import Attached
+from ...kernels.kernel import Kernel, kernel
+from ...regression.problem import FitRun, FloatArray
+from ...regression.threads import together
+from ..fits.refit import Fitted, rms
+from ..fits.response import Responses
+from ..fits.screening import LONG_STROKE, OF_A_TURN
+from ..runs.thinning import motion_channel, thinned
+from .hypotheses import Hypothesis
+from .supported import MATERIAL
+
+SIZE = 0.05
+FREQUENCY = 1.0
+"""Highest frequency of a full stroke in ordinary use [Hz]; tendon-sheath drives of robots and exosuits reach it."""
+TURNS = 1.5
+EVIDENCE = 16.0
+"""Twice the log likelihood that it must gain."""
+CONTAINED = 0.03
+"""An effect of which less than this part is beyond the baseline in ordinary use is in the baseline already."""
+STEP, LENGTH = 0.01, 16.0
+ROWS = 3000
+
+
+def unexcited(
+    base: Fitted, candidates: Sequence[Attached], best: Hypothesis, offered: Sequence[str] = ()
+) -> tuple[str, ...]:
+    """Ids of the candidates that the runs of a fit could not show at any place, in the order of the candidates.
+
+    Parameters
+    ----------
+    base : Fitted
+        Baseline without nuisance freedom.
+    candidates : sequence of Attached
+    best : Hypothesis
+        What it leaves is the noise in which a response must show.
+    offered : sequence of str
+        Ids that count as unexcited when no candidate has them.
+    """
+    seen = dict.fromkeys(offered, False) | {c.module.NAME: False for c in candidates}
+    contained = dict.fromkeys(seen, True)
+    short = base.at(thinned(base.problem.kernel, base.problem.runs, ROWS, ROWS // 10))
+    detect = np.maximum(MATERIAL, np.sqrt(EVIDENCE / best.effective) * best.fitted.rmse / base.spread)
+    plain = turning = _Compared(short, base.spread, ordinary(short, 0.0))
+    if any(c.module.NAME in OF_A_TURN for c in candidates):
+        turning = _Compared(short, base.spread, ordinary(short, 2.0 * np.pi * TURNS))
+
+    def shown(one: Attached) -> tuple[bool, bool]:
+        name = one.module.NAME
+        compared = turning if name in OF_A_TURN else plain
+        size, already = compared.shown(one)
+        shows = bool((size >= detect).any()) and (name not in OF_A_TURN or compared.travel > LONG_STROKE)
+        return shows, already
+
+    for one, (shows, already) in zip(candidates, together(shown, candidates), strict=True):
+        seen[one.module.NAME] |= shows
+        contained[one.module.NAME] &= already
+    return tuple(n for n in seen if not seen[n] and (n in offered or not contained[n]))
+
+
+class _Compared:
+    """The runs of a fit beside ordinary use of the same model."""
+
+    def __init__(self, fitted: Fitted, spread: FloatArray, use: Fitted) -> None:
+        self.here = Responses(fitted, 1.0 / spread)
+        self.there = Responses(use, 1.0 / np.maximum(use.spread, 1e-12), self.here.signals)
+        self.travel = max(float(np.ptp(c.x)) for c in self.here.signals)
+        self.channels = len(spread)
+
+    def shown(self, one: Attached) -> tuple[FloatArray, bool]:
+        """RMS by channel, over the spread, that the runs would show of the effect; whether the baseline has it."""
+        effect, found, beyond = Kernel(one.module), [], []
+        for shape in self.there.shapes(effect):
+            ordinary_use, steps = self.there.columns(one, shape)
+            here, _ = self.here.columns(one, shape, steps)
+            for there, now in zip(ordinary_use, here, strict=True):
+                whole = self._rms(there).max()
+                if whole <= 0.0:
+                    continue
+                found.append(SIZE * self._rms(self.here.outside(now)) / whole)
+                beyond.append(self._rms(self.there.outside(there)).max() / whole)
+        if not found:
+            return np.zeros(self.channels), False
+        return np.median(found, axis=0), float(np.median(beyond)) < CONTAINED
+
+    def _rms(self, column: FloatArray) -> FloatArray:
+        return np.sqrt(np.mean(column.reshape(-1, self.channels) ** 2, axis=0))
+
+
+def ordinary(fitted: Fitted, travel: float) -> Fitted:
+    """The fitted model in ordinary use; its targets are its outputs, moved by a little for a residual.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    travel : float
+        Half stroke at least.
+    """
+    problem = fitted.problem
+    t = np.arange(0.0, LENGTH, STEP)
+    row = fitted.table.mean(axis=0)
+    runs = []
+    for number, shape in enumerate((_sweep(t), _strokes(t))):
+        inputs = _inputs(fitted, t, shape, travel)
+        outputs = problem.kernel.simulate(problem.params(row), t, inputs)[:, problem.columns]
+        runs.append(FitRun(f"use {number + 1}", t, inputs, outputs + 0.01 * rms([outputs])))
+    table = np.tile(row, (len(runs), 1))
+    return Fitted(fitted.task, fitted.effects, replace(problem, runs=runs), table, fitted.released)
+
+
+def _sweep(t: FloatArray) -> FloatArray:
+    swell = 0.7 + 0.3 * np.sin(2.0 * np.pi * 0.09 * t)
+    return np.minimum(t / 0.5, 1.0) * swell * chirp(t, 0.12 * FREQUENCY, t[-1], FREQUENCY, phi=-90)
+
+
+def _strokes(t: FloatArray) -> FloatArray:
+    """Smooth moves to and fro with holds of different length."""
+    x, now, at, k = np.zeros(t.size), 0.0, 0.3, 0
+    while at < t[-1]:
+        goal = (0.9, 0.7, 1.0, 0.6)[k % 4] * (1.0 if k % 2 == 0 else -1.0)
+        length, hold = (0.5, 0.9, 1.4)[k % 3] / FREQUENCY, (0.1, 1.0, 0.3, 3.0)[k % 4]
+        q = np.clip((t - at) / length, 0.0, 1.0)
+        x = np.where(t >= at, now + (goal - now) * q**3 * (10.0 - 15.0 * q + 6.0 * q**2), x)
+        now, at, k = goal, at + length + hold, k + 1
+    return x
+
+
+def _inputs(fitted: Fitted, t: FloatArray, shape: FloatArray, travel: float) -> FloatArray:
+    """Every input at its mean, the motion, the load and the sheath's angle as in ordinary use."""
+    problem = fitted.problem
+    model = kernel(problem.kernel.name)
+    names = [v.name for v in problem.kernel.inputs]
+    every = np.concatenate([r.inputs for r in problem.runs])
+    inputs = np.tile(every.mean(axis=0), (t.size, 1))
+    motion, load = motion_channel(model), getattr(model.module, "LOAD", "")
+    if motion == "v":
+        reach = max(
+            _reach([np.cumsum(r.inputs[:, names.index("v")] * np.gradient(r.time)) for r in problem.runs]), travel
+        )
+        v = np.gradient(reach * shape, t)
+        inputs[:, names.index("v")] = v
+    elif motion:
+        column = names.index(motion)
+        position = (
+            float(every[:, column].mean()) + max(_reach([r.inputs[:, column] for r in problem.runs]), travel) * shape
+        )
+        inputs[:, column] = position
+        v = np.gradient(position, t)
+    else:
+        return inputs
+    for name, values in (("v", v), ("a", np.gradient(v, t))):
+        if name in names and name != motion:
+            inputs[:, names.index(name)] = values
+    if "a" in names:
+        inputs[:, names.index("a")] = np.gradient(v, t)
+    if load in names:
+        column = names.index(load)
+        size = max(0.5 * float(np.ptp(every[:, column])), 0.5 * float(np.abs(every[:, column]).max()))
+        inputs[:, column] = inputs[:, column] + size * np.sin(2.0 * np.pi * 0.17 * t)
+    if ANGLE in names:
+        inputs[:, names.index(ANGLE)] *= 1.0 + 0.5 * np.sin(2.0 * np.pi * 0.071 * t)
+    return inputs
+
+
+def _reach(positions: Sequence[FloatArray]) -> float:
+    return 0.5 * max(float(np.ptp(x)) for x in positions) or 1.0

@@ -1,0 +1,287 @@
+"""What a baseline may have a little of without anything missing: the nuisance freedom of its refit.
+
+A friction model has one shape after a reversal and the rig another; a channel comes a little late, its zero is a
+little off. An effect is only missing if it explains what these cannot (effects.md, section 2, rule 3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...kernels.chain import attach
+from ...kernels.kernel import kernel
+from ...models.contract import InputError
+from ...regression.descent import STEPS
+from ...regression.problem import BoolArray, FloatArray
+from ..choice.lookalikes import looks_like
+from .refit import Fitted, Task, refit
+from .response import public, sizes_of
+from .screening import Screened, screen
+
+ON_FRICTION = ("presliding_shape",)
+ON_CHANNELS = ("sensor_lag", "offset_drift")
+SMALL = 0.015
+"""A freedom is an effect of its own if what it removes is more than this part of a channel's spread."""
+SHAPE = 0.08
+"""The same of the shape after a reversal: rigs differ by that much in it, and a model has but one."""
+FORM_OF_EFFECT = 0.03
+"""Share of what the best hypothesis removes that a right one may leave, because its law is not quite the true one."""
+CLEAN = 0.9
+"""Share of the mean square that is nearly all: no wrong form is that simple."""
+RELAXED = 0.1
+FIRST = 5
+"""Steps of a refit from each of several starts; the best is then refitted on."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """A fit, and values of one more effect, to start from."""
+
+    fitted: Fitted
+    values: dict[str, float]
+
+
+def freedoms(model: str, channels: Sequence[str], effects: Sequence[str]) -> tuple[str, ...]:
+    """Specs of the nuisance effects of a model that it has not already, in the order of a chain.
+
+    Parameters
+    ----------
+    model : str
+    channels : sequence of str
+        Measured ones.
+    effects : sequence of str
+        Attached already.
+    """
+    base = kernel(model)
+    units = {v.name: v.quantity.unit for v in (*base.outputs, *base.parameters)}
+    has_offset = {units[name] for name in getattr(base.module, "OFFSETS", ())}
+    wanted = [*ON_FRICTION] if hasattr(base.module, "with_friction") else []
+    for channel in channels:
+        wanted += [f"{e}@{channel}" for e in ON_CHANNELS if e != "offset_drift" or units[channel] not in has_offset]
+    found = []
+    for text in wanted:
+        try:
+            spec = attach(base, text).spec
+        except InputError:
+            continue
+        if spec not in effects:
+            found.append(spec)
+    return tuple(found)
+
+
+def freed(base: Fitted, free: Sequence[str]) -> Fitted:
+    """A baseline refitted with its nuisance freedom."""
+    if not free:
+        return base
+    attached = [attach(kernel(base.model), spec) for spec in free]
+    screened = {s.attached.spec: s for s in screen(base, attached, np.ones(len(base.rmse), bool))}
+    for one in screened.values():
+        base = replace(base, task=base.task.limited(one.limits))
+    starts = []
+    for number in range(2):
+        values: dict[str, float] = {}
+        for spec in free:
+            choices = screened[spec].starts
+            if choices and not spec.startswith("offset_drift"):
+                values |= choices[min(number, len(choices) - 1)]
+        starts.append(({**base.values, **values}, base.own))
+    found = best_of(base, [*base.effects, *free], starts, free)
+    return tied(found, free)
+
+
+def tied(fitted: Fitted, free: Sequence[str]) -> Fitted:
+    """A refit in which the zeros of the runs are worth what a zero is: it moves by `SMALL` of the spread.
+
+    A load that is constant in each run and differs between them is a constant to each run: free zeros would take
+    what the law of the load is. The weight of a zero is that of independent samples with what the fit leaves; where
+    little noise is left, zeros as far apart as they like cost nothing against what they explain.
+    """
+    names = offsets(fitted.task, fitted.effects, free, ())[0]
+    if len(fitted.problem.runs) < 2 or not names:
+        return fitted
+    weights = fitted.rmse * fitted.problem.weights
+    length = sum(r.targets.shape[0] for r in fitted.problem.runs) / fitted.effective
+    each = dict(zip(fitted.problem.channels, weights * np.sqrt(length) / (SMALL * fitted.spread), strict=True))
+    task = replace(fitted.task, zeros={name: float(each[name.partition(".")[0]]) for name in names})
+    return best_of(replace(fitted, task=task), fitted.effects, [(fitted.values, fitted.own)], free)
+
+
+def untied(fitted: Fitted, free: Sequence[str]) -> Fitted:
+    """A refit in which each run has the zero that fits it."""
+    loose = replace(fitted, task=replace(fitted.task, zeros={}))
+    return best_of(loose, fitted.effects, [(fitted.values, fitted.own)], free, fitted.released)
+
+
+def extended(
+    base: Fitted, screened: Screened, free: Sequence[str], plain: Start | None = None, starts: int = 2,
+    steps: int = STEPS,
+) -> Fitted:  # fmt: skip
+    """A fit with one more effect; a freedom that is there already is released: its drift varies too.
+
+    Parameters
+    ----------
+    base : Fitted
+    screened : Screened
+    free : sequence of str
+    plain : Start, optional
+        A second place to start from: the baseline before its freedom took part of the effect.
+    starts : int
+        Shapes of the linear step to start from; one less with a second place.
+    steps : int
+        Of a refit, at most.
+    """
+    spec = screened.attached.spec
+    base = replace(base, task=base.task.limited(screened.limits))
+    effects = base.effects if spec in base.effects else (*base.effects, spec)
+    shapes = screened.starts[: starts - 1 if plain else starts] or [{}]
+    places = [({**base.values, **values}, base.own) for values in shapes]
+    if plain is not None and plain.values:
+        places.append(({**base.values, **relaxed(base, free), **plain.fitted.values, **plain.values}, plain.fitted.own))
+    released = (*base.released, *([spec] if spec in base.effects else []))
+    return best_of(base, effects, places, free, released, steps)
+
+
+def relaxed(fitted: Fitted, free: Sequence[str]) -> dict[str, float]:
+    """Values of the nuisance freedoms drawn most of the way back to where they change nothing."""
+    found = {}
+    for spec in free:
+        one = attach(kernel(fitted.model), spec)
+        for name in sizes_of(one.module):
+            found[public(one, name)] = RELAXED * fitted.values[public(one, name)]
+    return found
+
+
+def without(fitted: Fitted, spec: str, free: Sequence[str], as_given: bool = False) -> Fitted:
+    """A refit with one effect less.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    spec : str
+    free : sequence of str
+    as_given : bool
+        Start with the parameters of the model as they were given: those of the fit may be far from where they must go.
+    """
+    effects = [e for e in fitted.effects if e != spec]
+    given = {n: fitted.task.values[n] for n in fitted.values if n in fitted.task.values} if as_given else {}
+    start = {**fitted.values, **given}, {} if as_given else fitted.own
+    return best_of(fitted, effects, [start], free, released=[e for e in fitted.released if e != spec])
+
+
+def best_of(
+    base: Fitted, effects: Sequence[str], starts: Sequence[tuple[Mapping[str, float], Mapping[str, FloatArray]]],
+    free: Sequence[str], released: Sequence[str] = (), steps: int = STEPS,
+) -> Fitted:  # fmt: skip
+    """The best refit from several starts.
+
+    Parameters
+    ----------
+    base : Fitted
+        Gives the task.
+    effects : sequence of str
+    starts : sequence of (mapping, mapping)
+        Values by public name, and those that each run has of its own.
+    free : sequence of str
+        Effects that are nuisance freedom: their offset has a value a run, their drift none.
+    released : sequence of str
+        Freedoms whose drift varies.
+    steps : int
+        Of a refit, at most.
+    """
+    per_run, held = offsets(base.task, effects, free, released)
+    asked: dict[str, Any] = {"held": held, "per_run": per_run, "released": released}
+    found: list[Fitted] = []
+    first = FIRST if len(starts) > 1 else steps
+    for values, own in starts:
+        try:
+            found.append(refit(base.task, effects, values, own=own, steps=first, **asked))
+        except InputError:
+            continue  # the values of the linear step are not allowed in the chain
+    if not found:
+        what = f"{base.model} with {', '.join(effects)}"
+        raise InputError(f"{what} cannot run from any value tried -- expected one -- change those given with --set")
+    best = min(found, key=lambda f: f.cost)
+    if len(starts) == 1:
+        return best
+    return refit(base.task, effects, best.values, own=best.own, steps=steps, **asked)
+
+
+def offsets(
+    task: Task, effects: Sequence[str], free: Sequence[str], released: Sequence[str]
+) -> tuple[list[str], list[str]]:
+    """Public names with a value a run, and those that keep zero."""
+    per_run, held = [], []
+    for spec in effects:
+        if spec in free and spec.startswith("offset_drift"):
+            prefix = attach(kernel(task.model), spec).prefix.replace("__", ".")
+            per_run.append(f"{prefix}b")
+            held += [] if spec in released else [f"{prefix}c"]
+    return per_run, held
+
+
+def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[str, tuple[float, Fitted]]:
+    """Freedoms without which a fit gets clearly worse, and by more than the form of a model or of an effect.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    asked : sequence of str
+        Specs to look at.
+    free : sequence of str
+        All that are nuisance freedom.
+
+    Returns
+    -------
+    dict of str to (float, Fitted)
+        What each removes as part of a channel's spread, and the fit without it.
+    """
+    found = {}
+    of_effects = FORM_OF_EFFECT * np.maximum(fitted.task.gap**2 - fitted.rmse**2, 0.0)
+    form = np.sqrt(np.maximum(fitted.task.form**2, of_effects))
+    for spec in fitted.effects:
+        if spec not in asked or float(fitted.share_of(spec).max()) < SMALL:
+            continue
+        less = without(fitted, spec, free)
+        if not (_removed(less, fitted) > np.maximum(SMALL * fitted.spread, form)).any():
+            continue
+        less = min(less, without(fitted, spec, free, as_given=True), key=lambda f: f.cost)
+        removed = _removed(less, fitted)
+        added = [e for e in fitted.effects if e not in free]
+        if looks_like(spec, added) and not nearly_gone(less.rmse**2, fitted.rmse**2).any():
+            continue  # beside what it hides behind it corrects the form of a law
+        if (removed > np.maximum(SMALL * fitted.spread, form)).any():
+            found[spec] = float(np.max(removed / np.maximum(fitted.spread, 1e-300))), less
+    return found
+
+
+def is_form(spec: str, share: float, task: Task, spread: FloatArray) -> bool:
+    """Whether a freedom that removes this part of a channel's spread is the form of the model, and no effect.
+
+    Parameters
+    ----------
+    spec : str
+    share : float
+    task : Task
+    spread : ndarray, shape (channels,)
+    """
+    there = float(np.max(task.earned.get(spec, np.zeros(1)) / np.maximum(spread, 1e-300)))
+    return spec in ON_FRICTION and share <= max(SHAPE, there)
+
+
+def earned(calm: Fitted, free: Sequence[str]) -> dict[str, FloatArray]:
+    """What the shape after a reversal removes on reference runs [RMS by channel], by spec: form, and no effect."""
+    return {spec: _removed(without(calm, spec, free), calm) for spec in free if spec in ON_FRICTION}
+
+
+def _removed(before: Fitted, after: Fitted) -> FloatArray:
+    """RMS that is gone, by channel."""
+    return np.sqrt(np.maximum(before.rmse**2 - after.rmse**2, 0.0))
+
+
+def nearly_gone(before: FloatArray, after: FloatArray) -> BoolArray:
+    """Channels in which next to nothing of a mean square is left."""
+    return after < (1.0 - CLEAN) * before

@@ -1,0 +1,88 @@
+"""Few levels: what a coarse converter does is read from the log and not fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...kernels.chain import attach
+from ...kernels.kernel import kernel
+from ...logs.quantisation import quantisation_step
+from ...regression.problem import FitRun, FloatArray, Problem
+from ...regression.specification import fit_parameters
+from ..choice.supported import MATERIAL
+from .refit import Fitted
+
+EXACT = 1e-3
+"""Part of a step by which values may be off their levels: digits of the log."""
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Levels of a channel.
+
+    Attributes
+    ----------
+    channel : str
+    q, y_0 : float
+        Step, and one of the levels, in the channel's unit.
+    """
+
+    channel: str
+    q: float
+    y_0: float
+
+    @property
+    def spec(self) -> str:
+        return f"quantisation@{self.channel}"
+
+
+def coarse(runs: Sequence[FitRun], channels: Sequence[str], spread: FloatArray) -> list[Levels]:
+    """Channels whose steps alone make a gap that matters: q/sqrt(12) against the spread.
+
+    Parameters
+    ----------
+    runs : sequence of FitRun
+        All samples.
+    channels : sequence of str
+    spread : ndarray, shape (channels,)
+    """
+    found = []
+    for c, channel in enumerate(channels):
+        y = np.concatenate([run.targets[:, c] for run in runs])
+        q = quantisation_step(y)
+        if q / np.sqrt(12.0) <= MATERIAL * spread[c]:
+            continue
+        turn = np.exp(2j * np.pi * y / q)
+        y_0 = float(np.angle(turn.mean()) / (2.0 * np.pi) * q)
+        off = np.abs((y - y_0) / q - np.round((y - y_0) / q))
+        if np.quantile(off, 0.99) < EXACT:
+            found.append(Levels(channel, float(q), y_0))
+    return found
+
+
+def step_noise(levels: Sequence[Levels], channels: Sequence[str]) -> FloatArray:
+    """RMS that the steps make of each channel, zero without: an effect below that is not seen."""
+    steps = {one.channel: one.q for one in levels}
+    return np.array([steps.get(channel, 0.0) / np.sqrt(12.0) for channel in channels])
+
+
+def with_levels(fitted: Fitted, levels: Sequence[Levels]) -> Fitted:
+    """A fit whose channels have these levels; nothing else changes."""
+    base, old = kernel(fitted.model), fitted.problem
+    effects = (*fitted.effects, *(one.spec for one in levels))
+    made = fitted.task.kernel(effects)
+    values = dict(fitted.values)
+    for one in levels:
+        prefix = attach(base, one.spec).prefix.replace("__", ".")
+        values |= {f"{prefix}q": one.q, f"{prefix}y_0": one.y_0}
+    parameters = fit_parameters(made, fitted.task.preset, values)
+    for name, p in parameters.items():
+        p.vary = name in old.parameters and old.parameters[name].vary
+    problem = Problem(made, old.runs, old.channels, parameters, old.per_run, old.weights)
+    table = problem.start()
+    for j, name in enumerate(old.fields):
+        table[:, problem.fields.index(name)] = fitted.table[:, j]
+    return Fitted(fitted.task, effects, problem, table, fitted.released)

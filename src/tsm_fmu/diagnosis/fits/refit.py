@@ -1,0 +1,319 @@
+"""A model with effects against runs: refitted, with its residuals; what every step of the diagnosis works on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from ...identification.fit import SETTLING
+from ...kernels.chain import attach, chain
+from ...kernels.kernel import Kernel, kernel
+from ...models.contract import InputError
+from ...regression.descent import STEPS, cost, descended
+from ...regression.problem import FitRun, FloatArray, Problem
+from ...regression.specification import fit_parameters, per_run_fields
+from ...regression.structure import sensitivity_scales
+from ...regression.uncertainty import autocorrelation_time
+
+REMEMBERED = 0.05
+"""Part of what a state at the start does in all of a run that it must do where the run is compared, to be fitted."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A model with effects after a refit.
+
+    Attributes
+    ----------
+    model : str
+        Base model.
+    effects : tuple of str
+        Attached effects in order, as ``id`` or ``id@channel``.
+    problem : Problem
+        Runs, channels, weights, bounds.
+    table : ndarray, shape (runs, parameters)
+        Values found.
+    released : tuple of str
+        Nuisance freedoms whose drift varies too; see `freedom`.
+    """
+
+    task: Task
+    effects: tuple[str, ...]
+    problem: Problem
+    table: FloatArray
+    released: tuple[str, ...] = ()
+
+    @property
+    def model(self) -> str:
+        return self.task.model
+
+    @cached_property
+    def cost(self) -> float:
+        """Weighted sum of squares."""
+        return cost(self.problem, self.table, self.task.zeros)
+
+    @property
+    def own(self) -> dict[str, FloatArray]:
+        """By public name, what each run has of its own."""
+        columns = {self.problem.declared[f].name: self.problem.fields.index(f) for f in self.problem.own}
+        return {name: self.table[:, j].copy() for name, j in columns.items()}
+
+    @cached_property
+    def residuals(self) -> list[FloatArray]:
+        """Measured minus simulated, one array (n, channels) a run."""
+        return self.problem.gaps(self.table)
+
+    @cached_property
+    def rmse(self) -> FloatArray:
+        """Pooled over samples, by channel."""
+        return rms(self.residuals)
+
+    @cached_property
+    def spread(self) -> FloatArray:
+        """Standard deviation of each measured channel, within runs."""
+        return np.sqrt(np.mean([r.targets.var(axis=0) for r in self.problem.runs], axis=0))
+
+    @cached_property
+    def effective(self) -> FloatArray:
+        """Independent samples that the residual of each channel is worth."""
+        return effective_samples(self.residuals)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameters by public name, the mean over the runs where each has its own."""
+        names = [self.problem.declared[f].name for f in self.problem.fields]
+        row = self.table[0].copy()  # the mean of equal values may round over their bound
+        columns = [self.problem.fields.index(f) for f in self.problem.own]
+        row[columns] = self.table[:, columns].mean(axis=0)
+        return dict(zip(names, row.tolist(), strict=True))
+
+    def settled(self, run: FitRun) -> FloatArray:
+        """Values for a run that was not fitted: the shared ones, and its own from its first seconds.
+
+        An offset that is a nuisance freedom, and not the model's, is the mean of those fitted.
+
+        Raises
+        ------
+        InputError
+            A run too short to leave anything to score.
+        """
+        early = run.time < run.time[0] + SETTLING
+        if early.all() or early.sum() < 2:
+            raise InputError(
+                f"held-out run {run.name} of {np.ptp(run.time):g} s -- expected more than the {SETTLING:g} s that give "
+                "its initial state and are not scored -- give a longer one"
+            )
+        parameters = self.problem.parameters.copy()
+        own = _own(self.problem.kernel, self.task)
+        for j, name in enumerate(self.problem.fields):
+            parameters[name].vary = parameters[name].vary and name in own
+            parameters[name].value = float(self.table[:, j].mean())
+        start = replace(run, time=run.time[early], inputs=run.inputs[early], targets=run.targets[early])
+        single = replace(self.problem, runs=[start], parameters=parameters, per_run=own)
+        return descended(single, single.start())[0]
+
+    def judged_on(self, runs: Sequence[FitRun]) -> list[FloatArray]:
+        """Residuals on runs that were not fitted, from `SETTLING` on."""
+        found = []
+        for run in runs:
+            simulated = replace(self.problem, runs=[run]).outputs(0, self.settled(run))
+            found.append((run.targets - simulated)[run.time >= run.time[0] + SETTLING])
+        return found
+
+    def at(self, runs: Sequence[FitRun]) -> Fitted:
+        """The same values on the same runs at another sampling."""
+        return Fitted(self.task, self.effects, replace(self.problem, runs=list(runs)), self.table, self.released)
+
+    def has(self, effect: str) -> bool:
+        """Whether the model's own law holds an effect, by parameters that were free to fit it."""
+        fields = getattr(kernel(self.model).module, "HAS", {}).get(effect, ())
+        return bool(fields) and all(self.problem.parameters[f].vary for f in fields)
+
+    def share_of(self, spec: str) -> FloatArray:
+        """RMS of what an effect does, by channel, as part of the channel's spread; nothing is refitted."""
+        one = attach(kernel(self.model), spec)
+        fields = [one.prefix + name for name in one.module.Params._fields]
+        return self.change_with(dict(zip(fields, one.module.NEUTRAL, strict=True)))
+
+    def change_with(self, values: Mapping[str, float]) -> FloatArray:
+        """RMS by which other values of some fields change the channels, as part of their spread; nothing is refitted.
+
+        NaN where the model cannot run with them.
+        """
+        table = self.table.copy()
+        for name, value in values.items():
+            table[:, self.problem.fields.index(name)] = value
+        changes = [before - after for before, after in zip(self.residuals, self.problem.gaps(table), strict=True)]
+        return rms(changes) / np.maximum(self.spread, 1e-300)
+
+
+def effective_samples(residuals: Sequence[FloatArray]) -> FloatArray:
+    """Independent samples that the residual of each channel is worth, by its autocorrelation; at least four."""
+    times = [[r.shape[0] / autocorrelation_time(r[:, c]) for c in range(r.shape[1])] for r in residuals]
+    return np.maximum(np.sum(times, axis=0), 4.0)
+
+
+def rms(residuals: Sequence[FloatArray]) -> FloatArray:
+    """Root mean square over the samples of all runs, by channel."""
+    return np.sqrt(np.mean(np.concatenate(list(residuals)) ** 2, axis=0))
+
+
+@dataclass(frozen=True)
+class Task:
+    """What stays the same in every refit of a diagnosis.
+
+    Attributes
+    ----------
+    model : str
+    runs : sequence of FitRun
+        Thinned.
+    channels : tuple of str
+    values : mapping of str to float
+        Values given, by public name.
+    preset : str, optional
+        Parameter set for the values not given.
+    fixed : tuple of str
+        Public names that keep their value.
+    weights : ndarray, shape (channels,)
+        Factor of each channel's residual; empty for one over its spread.
+    limits : mapping of str to tuple
+        Narrower bounds of parameters by public name.
+    zeros : mapping of str to float
+        See `freedom.tied`.
+    form : ndarray, shape (channels,)
+        Gap of the refitted model on reference runs [RMS], or the noise of a channel's steps if that is more; zero
+        without either. An effect that removes no more than that corrects the form of the model.
+    gap : ndarray, shape (channels,)
+        What the refitted baseline leaves [RMS]; zero until it is known.
+    earned : mapping of str to ndarray, shape (channels,)
+        What a nuisance freedom removes on reference runs [RMS], by spec.
+    bend : bool
+        The runs hold the sheath's angle Theta behind the inputs of the model.
+    """
+
+    model: str
+    runs: Sequence[FitRun]
+    channels: tuple[str, ...]
+    values: Mapping[str, float]
+    preset: str | None = None
+    fixed: tuple[str, ...] = ()
+    weights: FloatArray = field(default_factory=lambda: np.empty(0))
+    limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    zeros: Mapping[str, float] = field(default_factory=dict)
+    form: FloatArray = field(default_factory=lambda: np.zeros(1))
+    gap: FloatArray = field(default_factory=lambda: np.zeros(1))
+    earned: Mapping[str, FloatArray] = field(default_factory=dict)
+    bend: bool = False
+
+    def kernel(self, effects: Sequence[str]) -> Kernel:
+        """The model with effects, with the inputs of the runs."""
+        return chain(self.model, tuple(effects), self.bend)
+
+    def limited(self, limits: Mapping[str, tuple[float, float]]) -> Task:
+        """The same with more narrow bounds."""
+        return replace(self, limits={**self.limits, **limits})
+
+
+def refit(
+    task: Task, effects: Sequence[str], values: Mapping[str, float], *, own: Mapping[str, FloatArray] | None = None,
+    held: Sequence[str] = (), per_run: Sequence[str] = (), steps: int = STEPS, released: Sequence[str] = (),
+) -> Fitted:  # fmt: skip
+    """Fit a model with effects from given values; the result is never worse than the start.
+
+    Parameters
+    ----------
+    task : Task
+    effects : sequence of str
+    values : mapping of str to float
+        Start values by public name, over those of the task; those that the chain does not have are left out.
+    own : mapping of str to ndarray, shape (runs,), optional
+        Start values, by public name, of what each run has of its own.
+    held : sequence of str
+        Public names that keep their start value, besides those of the task.
+    per_run : sequence of str
+        Public names with a value for each run, besides those that the model declares.
+    steps : int
+        Of the descent, at most.
+    released : sequence of str
+        Kept with the result.
+    """
+    kernel = task.kernel(effects)
+    known = {v.name for v in kernel.parameters}
+    fixed = [name for name in (*task.fixed, *held) if name in known]
+    start_values = {n: v for n, v in {**task.values, **values}.items() if n in known}
+    parameters = fit_parameters(kernel, task.preset, start_values, fixed)
+    for v in kernel.parameters:
+        if v.name in task.limits:
+            p, (low, high) = parameters[v.field], task.limits[v.name]
+            p.set(value=min(max(p.value, low), high), min=max(p.min, low), max=min(p.max, high))
+    offsets = [name for name in per_run if name in known]
+    problem = Problem(kernel, list(task.runs), task.channels, parameters, per_run_fields(kernel, offsets=offsets))
+    if task.weights.size:
+        problem = problem.reweighted(task.weights)
+    start = problem.start()
+    for name, values_ in (own or {}).items():
+        if name in known:
+            start[:, [problem.declared[f].name for f in problem.fields].index(name)] = values_
+    sensitivities = sensitivity_scales(problem.starting_at(start))
+    _hold_what_does_nothing(problem, sensitivities)
+    _hold_what_is_forgotten(problem, start)
+    problem = replace(problem)  # without the lists of free parameters from before
+    table = descended(problem, start, steps, sensitivities, task.zeros)
+    return Fitted(task, tuple(effects), problem, table, tuple(released))
+
+
+def as_given(task: Task, effects: Sequence[str]) -> Fitted:
+    """The model with the values given, nothing fitted but what each run has of its own (offset, initial state)."""
+    kernel, runs = task.kernel(effects), task.runs
+    own = _own(kernel, task)
+    known = {v.name for v in kernel.parameters}
+    parameters = fit_parameters(kernel, task.preset, {n: v for n, v in task.values.items() if n in known})
+    for name in kernel.module.Params._fields:
+        parameters[name].vary = name in own
+    problem = Problem(kernel, list(runs), task.channels, parameters, own)
+    start = problem.start()
+    for run, simulated in zip(runs, problem.outputs_of_all(start), strict=True):
+        if not np.isfinite(simulated).all():
+            raise InputError(
+                f"{task.model} gives no finite output on run {run.name} at the given values -- expected values "
+                "from which it can run -- choose others with --set"
+            )
+    _hold_what_is_forgotten(problem, start)
+    problem = replace(problem)  # without the lists of free parameters from before
+    return Fitted(task, tuple(effects), problem, descended(problem, start) if problem.own else start)
+
+
+def _own(kernel: Kernel, task: Task) -> tuple[str, ...]:
+    """Fields of offsets and initial states that each run has of its own, but for those that are to stay."""
+    fixed = {v.field for v in kernel.parameters if v.name in task.fixed}
+    return tuple(f for f in per_run_fields(kernel) if f not in fixed)
+
+
+def _hold_what_is_forgotten(problem: Problem, start: FloatArray) -> None:
+    """States at the start that what is compared hardly remembers would wander."""
+    if not any(run.lead_time.size for run in problem.runs):
+        return  # all of each run is compared
+    initial = getattr(kernel(problem.kernel.name).module, "INITIAL", ())
+    for name in [f for f in problem.own if problem.declared[f].name in initial]:
+        there, all_ = 0.0, 0.0
+        for k, run in enumerate(problem.runs):
+            row = start[k].copy()
+            row[problem.fields.index(name)] += 1e-6
+            change = np.nan_to_num(problem.played(k, row) - problem.played(k, start[k]))[:, problem.columns] ** 2
+            there, all_ = there + float(change[run.lead_time.size :].sum()), all_ + float(change.sum())
+        if there < REMEMBERED**2 * all_:
+            problem.parameters[name].vary = False
+
+
+def _hold_what_does_nothing(problem: Problem, sensitivities: Mapping[str, float]) -> None:
+    for name, scale in sensitivities.items():
+        if not np.isfinite(scale) and name not in problem.per_run:
+            problem.parameters[name].vary = False
+    if not any(p.vary for p in problem.parameters.values()):
+        raise InputError(
+            f"no free parameter of {problem.kernel.name} acts on {', '.join(problem.channels)} in these runs -- "
+            "expected at least one -- give runs that move"
+        )

@@ -1,0 +1,282 @@
+"""What an effect would change in the channels of a fitted model: its response, and what of it nothing else imitates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import cache
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from scipy.stats import qmc
+
+from ...effects.coordinates import ANGLE
+from ...kernels.chain_source import Attached
+from ...kernels.kernel import Kernel, kernel
+from ...models.contract import InputError
+from ...regression.problem import FloatArray
+from ..runs.motion_signals import Coordinates, coordinates_of
+from .refit import Fitted
+
+SHAPES = 7
+"""Shapes tried for each shape parameter of an effect."""
+WIDER = 2.0
+"""A refit may leave the range of the shapes tried by this factor."""
+
+
+def places_of(fitted: Fitted) -> list[Coordinates]:
+    """Coordinates of each run of a fit, the load measured or as the model estimates it."""
+    model, problem = fitted.problem.kernel, fitted.problem
+    load = getattr(kernel(model.name).module, "LOAD", "")
+    inputs, outputs = [v.name for v in model.inputs], [v.name for v in model.outputs]
+    found = []
+    for k, run in enumerate(problem.runs):
+        signal = None
+        if load in inputs:
+            signal = run.inputs[:, inputs.index(load)]
+        elif load in outputs:
+            signal = problem.every_output(k, fitted.table[k])[:, outputs.index(load)]
+        found.append(coordinates_of(model, run, signal, fitted.values.get("motion.x_pre")))
+    return found
+
+
+class Responses:
+    """Responses of effects on a fitted model.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    weights : ndarray, shape (channels,)
+        Factor of each channel in the columns.
+    shaped_by : sequence of Coordinates, optional
+        Motion from whose extent the shapes are drawn; that of the runs by default.
+    """
+
+    def __init__(self, fitted: Fitted, weights: FloatArray, shaped_by: Sequence[Coordinates] | None = None) -> None:
+        self.fitted, self.weights = fitted, weights
+        self.problem = fitted.problem
+        self.kernel = self.problem.kernel
+        self.base = kernel(self.kernel.name)
+        self.signals = places_of(fitted)
+        self.extent = _Extent(shaped_by or self.signals)
+        self.full = [self.problem.every_output(k, row) for k, row in enumerate(fitted.table)]
+        columns = jacobian(fitted, 1.0 / weights)
+        u, singular, _ = np.linalg.svd(columns, full_matrices=False)
+        self.basis = u[:, singular > 1e-9 * singular[0]] if singular.size else u
+
+    def flat(self, per_run: Sequence[FloatArray]) -> FloatArray:
+        """Runs one after the other, channels weighted, as one column."""
+        return np.concatenate([(r * self.weights).ravel() for r in per_run])
+
+    def outside(self, columns: FloatArray) -> FloatArray:
+        """What of columns the free parameters of the fit cannot imitate."""
+        return columns - self.basis @ (self.basis.T @ columns)
+
+    def shapes(self, effect: Kernel) -> list[dict[str, float]]:
+        """Values of the shape parameters: spread over what these runs could show."""
+        sizes = sizes_of(effect.module)
+        shapes = [v for v in effect.parameters if v.name not in sizes]
+        if not shapes:
+            return [{}]
+        draws = qmc.Halton(len(shapes), rng=7).random(SHAPES * min(len(shapes), 3))
+        return [
+            {
+                v.name: self.extent.drawn(effect.name, v.name, v.quantity.unit, v.start, float(q))
+                for v, q in zip(shapes, row, strict=True)
+            }
+            for row in draws
+        ]  # fmt: skip
+
+    def limits(self, attached: Attached) -> dict[str, tuple[float, float]]:
+        """Range of the shape parameters by public name: beyond it the effect has another one's signature."""
+        effect, sizes = Kernel(attached.module), sizes_of(attached.module)
+        found = {}
+        for v in effect.parameters:
+            if v.name not in sizes and v.quantity.unit not in ("rad", "1"):
+                ends = sorted(self.extent.drawn(effect.name, v.name, v.quantity.unit, v.start, q) for q in (0.0, 1.0))
+                found[public(attached, v.name)] = (ends[0] / WIDER, ends[1] * WIDER)
+        return found
+
+    def columns(
+        self, attached: Attached, shape: Mapping[str, float], steps: Sequence[float] | None = None
+    ) -> tuple[list[FloatArray], list[float]]:
+        """Response to each size parameter alone, and the step it was taken with.
+
+        Parameters
+        ----------
+        attached : Attached
+        shape : mapping of str to float
+            Values of the shape parameters.
+        steps : sequence of float, optional
+            Steps of the size parameters; chosen so that the response is of the residual's size by default.
+        """
+        effect, wanted = Kernel(attached.module), float(np.sqrt(np.sum(self.flat(self.fitted.residuals) ** 2)))
+        columns, taken = [], []
+        for number, name in enumerate(sizes_of(attached.module)):
+            if steps is not None:
+                step = steps[number]
+            else:
+                step = self._first_step(effect, name)
+                size = float(np.linalg.norm(self.response(attached, effect, {**shape, name: step})))
+                if math.isfinite(size) and size > 0.0:
+                    limit = _largest(effect, name)
+                    step = math.copysign(min(max(abs(step) * wanted / size, 1e-9), limit), step)
+            column = self.response(attached, effect, {**shape, name: step})
+            columns.append(column if np.isfinite(column).all() else np.zeros_like(column))
+            taken.append(step)
+        return columns, taken
+
+    def response(self, attached: Attached, effect: Kernel, values: Mapping[str, float]) -> FloatArray:
+        """Change of all channels by an effect, as one weighted column."""
+        try:
+            p = effect.params(None, values)
+        except InputError:
+            return np.zeros(sum(r.targets.size for r in self.problem.runs))
+        runs = range(len(self.problem.runs))
+        return self.flat([self._change(attached, effect, p, k)[:, self.problem.columns] for k in runs])
+
+    def _first_step(self, effect: Kernel, name: str) -> float:
+        high = next(v.quantity.hi for v in effect.parameters if v.name == name)
+        step = 1e-3 if name in ("g", "eps", "d", "w", "k", "compliance") else 1e-2
+        return -step if high == 0.0 else step
+
+    def _change(self, attached: Attached, effect: Kernel, p: Any, k: int) -> FloatArray:
+        """Change of all outputs of a run by the effect."""
+        run, signals, full = self.problem.runs[k], self.signals[k], self.full[k]
+        module = self.base.module
+        mp = module.Params(*self.problem.params(self.fitted.table[k])[: len(module.Params._fields)])
+        mu, mo = module.Inputs(*run.inputs.T[: len(module.Inputs._fields)]), module.Outputs(*full.T)
+        channel = [v.name for v in self.kernel.outputs].index(attached.channel) if attached.channel else None
+        before = module.friction_in(mp, mu, mo) if channel is None else full[:, channel]
+        columns = [before if v.name == "y" else self._signal(signals, k, v.name) for v in effect.inputs]
+        try:
+            after = effect.simulate(p, run.time, np.column_stack(columns))[:, 0]
+        except InputError:
+            return np.full_like(full, np.nan)
+        change = np.zeros_like(full)
+        if channel is None:
+            for j, column in enumerate(module.with_friction(mp, mu, mo, after)):
+                change[:, j] = column - full[:, j]
+        else:
+            change[:, channel] = after - before
+        return change
+
+    def _signal(self, signals: Coordinates, k: int, name: str) -> FloatArray:
+        run, inputs = self.problem.runs[k], [v.name for v in self.kernel.inputs]
+        if name == "bend":
+            return run.inputs[:, inputs.index(ANGLE)]
+        if name == "drive":
+            drive = getattr(self.base.module, "DRIVE", "")
+            if drive in inputs:
+                return run.inputs[:, inputs.index(drive)]
+            outputs = [v.name for v in self.kernel.outputs]
+            return self.full[k][:, outputs.index(drive)] if drive else np.zeros(run.time.size)
+        value = getattr(signals, name)
+        return np.zeros(run.time.size) if value is None else value
+
+
+class _Extent:
+    """Sizes of a motion, from which shape parameters are drawn."""
+
+    def __init__(self, signals: Sequence[Coordinates]) -> None:
+        loads = [c.load for c in signals if c.load is not None]
+        travel = max(float(np.sum(np.abs(np.diff(c.x)))) for c in signals) or 1.0
+        span = max(float(np.ptp(c.x)) for c in signals) or 1.0
+        load = float(np.max(np.abs(np.concatenate(loads)))) if loads else 1.0
+        length = max(float(np.ptp(c.time)) for c in signals)
+        speed, acceleration = (
+            float(np.sqrt(np.mean(np.concatenate([getattr(c, n) for c in signals]) ** 2))) or 1.0 for n in ("v", "a")
+        )
+        self.ranges = {
+            "wear.L": (travel, 1.5, -1.3),
+            "breakaway_ageing.rest": (1.0, 1.0, -1.0),
+            "friction_lag.tau": (length, 2.5, -4.0),
+            "friction_lag.v_s": (speed, 1.3, -1.6),
+            "thermal.tau": (length, 1.6, -1.3),
+            "thermal.v_0": (speed, 1.5, -2.0),
+            "slack.F_0": (load, 1.5, -2.5),
+            "{x}/s": (speed, 1.6, -1.3),
+            "{x}/s2": (acceleration, 1.5, -1.0),
+            "{x}": (span, 2.2, -2.5),
+            "1/({y})": (1.0 / span, 2.0, 0.0),
+            "s": (length, 2.5, -2.5),
+            "{load}": (load, 1.5, -2.0),
+        }
+        """Scale, width and lower end [decades] by unit, or by name where the signature needs another range: what decays
+        with time or travel is slow, friction lags where the motion is slow, within a small part of a run, a drive works
+        at more than the speed that counts as work, and free travel is taken up by a small part of the load (what takes
+        all of it is a spring)."""
+
+    def drawn(self, effect: str, name: str, unit: str, start: float, q: float) -> float:
+        """Value of an effect's shape parameter at the quantile ``q`` of its range."""
+        own = f"{effect}.{name}"
+        if own in self.ranges or unit in self.ranges:
+            scale, width, low = self.ranges.get(own) or self.ranges[unit]
+            return scale * 10.0 ** (width * q + low)
+        if unit == "1":
+            return start * 2.0 ** (2.0 * q - 1.0)
+        if unit == "rad":
+            return 0.35 * (q + 0.1) if name == "w" else math.pi * q
+        return start
+
+
+def jacobian(fitted: Fitted, sigma: FloatArray) -> FloatArray:
+    """Sensitivities of all channels to the free parameters, scaled by 1/sigma, one column each."""
+    problem, columns = fitted.problem, []
+    still = problem.outputs_of_all(fitted.table)
+    for field in problem.shared:
+        j = problem.fields.index(field)
+        h = 1e-4 * max(abs(fitted.table[0, j]), 1e-3)
+        if fitted.table[0, j] + h > problem.parameters[field].max:
+            h = -h
+        parts = [((moved - y) / h / sigma).ravel() for moved, y in zip(_moved(fitted, j, h), still, strict=True)]
+        columns.append(np.nan_to_num(np.concatenate(parts)))
+    for field in problem.own:
+        j = problem.fields.index(field)
+        for k, (moved, y) in enumerate(zip(_moved(fitted, j, 1e-6), still, strict=True)):
+            parts = [np.zeros(r.targets.size) for r in problem.runs]
+            parts[k] = ((moved - y) / 1e-6 / sigma).ravel()
+            columns.append(np.nan_to_num(np.concatenate(parts)))
+    rows = sum(r.targets.size for r in problem.runs)
+    matrix = np.column_stack(columns) if columns else np.zeros((rows, 0))
+    norms = np.linalg.norm(matrix, axis=0)
+    return matrix[:, norms > 0.0] / norms[norms > 0.0]
+
+
+@cache
+def sizes_of(module: ModuleType) -> tuple[str, ...]:
+    """Parameters that alone take an effect out of neutral; the others shape it."""
+    effect = Kernel(module)
+    rng = np.random.default_rng(5)
+    time = np.arange(60) * 5e-2
+    grid = np.linspace(0.0, 12.0, time.size)
+    signals = np.column_stack([np.interp(grid, np.arange(13), rng.normal(size=13)) for _ in effect.inputs])
+    still = effect.simulate(module.NEUTRAL, time, signals, compiled=False)
+    found = []
+    for v in effect.parameters:
+        step = -0.1 if v.quantity.hi == 0.0 else 0.05
+        try:
+            p = effect.params(None, {v.name: v.start + step})
+        except InputError:
+            continue
+        if not np.array_equal(effect.simulate(p, time, signals, compiled=False), still):
+            found.append(v.name)
+    return tuple(found)
+
+
+def public(attached: Attached, name: str) -> str:
+    """Public name, in a chain, of an effect's parameter."""
+    return attached.prefix.replace("__", ".") + name
+
+
+def _moved(fitted: Fitted, column: int, step: float) -> list[FloatArray]:
+    table = fitted.table.copy()
+    table[:, column] += step
+    return fitted.problem.outputs_of_all(table)
+
+
+def _largest(effect: Kernel, name: str) -> float:
+    quantity = next(v.quantity for v in effect.parameters if v.name == name)
+    bound = quantity.hi if quantity.hi > 0.0 else -quantity.lo
+    return 0.5 * bound if math.isfinite(bound) else 1e9

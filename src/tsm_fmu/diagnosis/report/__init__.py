@@ -1,0 +1,1 @@
+"""The answer as a sentence, page and files."""

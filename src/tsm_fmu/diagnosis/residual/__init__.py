@@ -1,0 +1,1 @@
+"""Where the residual is, on what it depends, and a formula for it."""

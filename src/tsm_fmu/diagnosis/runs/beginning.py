@@ -1,0 +1,64 @@
+"""The beginning of a run: what the rig did before it is not in the log, and friction remembers it.
+
+A presliding state forgets where it began as exp(-travel / x_pre), whatever its law. Until the drive has moved by a few
+presliding distances, its friction belongs to that unknown past; a run whose friction is measured is compared from there
+on, and simulated from its first sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...kernels.kernel import Kernel, kernel
+from ...regression.problem import FitRun
+from .motion_signals import position_of
+from .thinning import motion_channel
+
+MOVED = 0.1
+"""Part of a run's stroke that the drive must have moved: five presliding distances of the usual size."""
+LONGEST = 0.5
+"""Part of a run's samples that are left out at most."""
+
+
+def compared(model: Kernel, run: FitRun, channels: Sequence[str]) -> FitRun:
+    """The run, compared from where the drive has forgotten its past.
+
+    Parameters
+    ----------
+    model : Kernel
+    run : FitRun
+    channels : sequence of str
+        Measured ones.
+    """
+    if not motion_channel(model) or not friction_channels(model) & set(channels):
+        return run
+    x = position_of(model, run.time, run.inputs)
+    low, high = np.quantile(x, [0.05, 0.95])
+    moved = np.maximum.accumulate(x) - np.minimum.accumulate(x)
+    first = int(np.searchsorted(moved, MOVED * (high - low)))
+    return run.compared_from(min(first, int(LONGEST * run.time.size)))
+
+
+def friction_channels(model: Kernel) -> set[str]:
+    """Outputs of a model that its friction is in."""
+    module = kernel(model.name).module
+    if not hasattr(module, "with_friction"):
+        return set()
+    p, u = module.Params(), module.Inputs(*(1.0 for _ in module.Inputs._fields))
+    _, o = module.start(p, u)
+    other = module.with_friction(p, u, o, module.friction_in(p, u, o) + 1.0)
+    return {v.name for v, one, two in zip(kernel(model.name).outputs, o, other, strict=True) if one != two}
+
+
+def beginning_note(runs: Sequence[FitRun]) -> tuple[str, ...]:
+    """What a user should know of it, one sentence; nothing where all runs are compared from their first sample."""
+    left_out = [run.time[0] - run.lead_time[0] if run.lead_time.size else 0.0 for run in runs]
+    if not any(left_out):
+        return ()
+    low, high = f"{min(left_out):.2g}", f"{max(left_out):.2g}"
+    return (
+        f"each run is compared from {low if low == high else f'{low} to {high}'} s after its start, once the drive has "
+        f"moved by {100.0 * MOVED:.0f} % of its stroke: before, its friction is that of a past which is not in the log",
+    )

@@ -1,0 +1,76 @@
+"""The gate: is the log good enough to blame a model with it?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...checking import check_record
+from ...kernels.kernel import Kernel
+from ...logs.record import Record
+from .thinning import motion_channel
+
+FEWEST = 200
+"""Samples that a run needs at least."""
+CLIPPED = 0.02
+"""A channel that stands at its limit for more than this part of a run is not a measurement of the drive."""
+OFTEN = 8.0
+"""Share of the samples at a limit over that at a level on average, beyond which it is a limit and not a level."""
+
+
+@dataclass(frozen=True)
+class Gate:
+    """What the gate says of the measured runs.
+
+    Attributes
+    ----------
+    notes : tuple of str
+        Findings of the data check, one sentence each with the run's name. What a run alone does not cover is a finding
+        where it is the only one; what several do not show together is said by `visibility`.
+    refused : tuple of str
+        Why no answer can come from these runs; empty if one can.
+    """
+
+    notes: tuple[str, ...]
+    refused: tuple[str, ...]
+
+
+def gate(records: Sequence[Record], model: Kernel, channels: Sequence[str]) -> Gate:
+    """Check the runs: clock, events, saturation, quantisation, coverage; refuse what cannot be judged.
+
+    Parameters
+    ----------
+    records : sequence of Record
+    model : Kernel
+    channels : sequence of str
+        Outputs that are compared.
+    """
+    notes, refused = [], []
+    motion = motion_channel(model)
+    moving = False
+    for record in records:
+        checked = check_record(record)
+        told = [f for f in checked.findings if f.kind != "coverage" or len(records) == 1]
+        notes += [f"{record.name}: {f.text}" for f in told]
+        if record.time.size < FEWEST:
+            refused.append(f"{record.name} has {record.time.size} samples, {FEWEST} or more are needed")
+        drive = record.columns.get(motion)
+        moving |= drive is None or float(np.ptp(drive)) > 0.0
+        for f in checked.findings:
+            part = (f.rows[1] - f.rows[0] + 1) / record.time.size
+            if f.channel in channels and f.kind == "stuck" and part > 0.9:
+                refused.append(f"{record.name}: {f.text}")
+            if f.channel in channels and f.kind == "clipping" and _clipped(record.columns[f.channel]):
+                refused.append(f"{record.name}: {f.text}")
+    if not moving:
+        refused.append(f"{motion} does not move in any run")
+    return Gate(tuple(notes), tuple(refused))
+
+
+def _clipped(x: np.ndarray) -> bool:
+    """Whether the signal stands at its limit for long, and far longer than a coarse converter stands at each level."""
+    levels = np.unique(x).size
+    at_limit = max(float(np.mean(x == x.max())), float(np.mean(x == x.min())))
+    return at_limit > CLIPPED and at_limit > OFTEN / levels

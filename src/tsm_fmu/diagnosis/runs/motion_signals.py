@@ -1,0 +1,125 @@
+"""Where a run is at each sample: the coordinates over which a residual is looked at, and that effects are driven by."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...effects import coordinates
+from ...kernels.kernel import Kernel
+from ...regression.problem import FitRun, FloatArray
+from .thinning import motion_channel
+
+MOTION = Kernel(coordinates)
+REST = 0.02
+"""A speed below this part of its RMS counts as standing still."""
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """Coordinates of one run, arrays of shape (n,).
+
+    Attributes
+    ----------
+    x, v, a, s, z : ndarray
+        Position, speed, acceleration, direction and presliding state of the input motion.
+    x_pre : ndarray
+        Presliding distance of z, the same everywhere.
+    since_reversal : ndarray
+        Travel since the last reversal, in the unit of x.
+    dwell : ndarray
+        Length of the last stand-still [s], from its end on.
+    load : ndarray or None
+    time : ndarray
+    """
+
+    x: FloatArray
+    v: FloatArray
+    a: FloatArray
+    s: FloatArray
+    z: FloatArray
+    x_pre: FloatArray
+    since_reversal: FloatArray
+    dwell: FloatArray
+    load: FloatArray | None
+    time: FloatArray
+
+    def part(self, rows: slice) -> Coordinates:
+        """The same at some of the samples."""
+        return replace(self, **{name: y[rows] for name, y in vars(self).items() if y is not None})
+
+
+def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: float | None = None) -> Coordinates:
+    """Coordinates of a run; the speed is smoothed over a hundredth of the run's fastest reversal.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    run : FitRun
+    load : ndarray or None
+        Load signal, measured or estimated.
+    x_pre : float, optional
+        Presliding distance of z; default 2 % of the largest stroke.
+    """
+    names = [v.name for v in kernel.inputs]
+    channel = motion_channel(kernel)
+    time, inputs = run.played
+    x = position_of(kernel, time, inputs)
+    span = float(np.ptp(x)) or 1.0
+    lag = 0.0 if channel == "v" else 2.0 * float(np.median(np.diff(time)))
+    x_pre = x_pre or 0.02 * span
+    p = MOTION.params(None, {"x_pre": x_pre, "tau_v": lag, "tau_a": 2.0 * lag})
+    _, v, a, s, z = MOTION.simulate(p, time, x[:, None]).T
+    if channel == "v":
+        v = inputs[:, names.index(channel)]
+    if "a" in names:
+        a = inputs[:, names.index("a")]
+    turned = np.flatnonzero(np.diff(_settled_direction(x, 0.002 * span))) + 1
+    last = np.searchsorted(turned, np.arange(x.size), side="right") - 1
+    since = np.where(last >= 0, np.abs(x - x[turned[np.maximum(last, 0)]]) if turned.size else span, span)
+    full = Coordinates(x, v, a, s, z, np.full(x.size, x_pre), since, _last_hold(v, time), None, time)
+    return replace(full.part(slice(run.lead_time.size, None)), load=load)
+
+
+def position_of(kernel: Kernel, time: FloatArray, inputs: FloatArray) -> FloatArray:
+    """Position of the input motion, the travel where the input is a speed; zero for a model without motion."""
+    channel = motion_channel(kernel)
+    if not channel:
+        return np.zeros(time.size)
+    motion = inputs[:, [v.name for v in kernel.inputs].index(channel)]
+    return np.cumsum(motion * np.diff(time, prepend=time[0])) if channel == "v" else motion
+
+
+def coordinate_units(kernel: Kernel) -> tuple[str, str]:
+    """SI units of the motion and of the load of a model, ``1`` where it has none."""
+    units = {v.name: v.quantity.unit for v in (*kernel.inputs, *kernel.outputs)}
+    motion = units.get(motion_channel(kernel), "1").removesuffix("/s")
+    return motion, units.get(getattr(kernel.module, "LOAD", ""), "1")
+
+
+def _settled_direction(x: FloatArray, dead: float) -> FloatArray:
+    """Direction of motion that ignores wobble below ``dead``, dated back to the turning point."""
+    direction = np.zeros(x.size)
+    extreme, at, now = x[0], 0, 0.0
+    for k in range(1, x.size):
+        if (now >= 0.0 and x[k] > extreme) or (now <= 0.0 and x[k] < extreme and now != 0.0):
+            extreme, at = x[k], k
+        elif abs(x[k] - extreme) > dead:
+            direction[at:k] = now if now else np.sign(x[k] - extreme)
+            now = float(np.sign(x[k] - extreme))
+            direction[at + 1 : k + 1] = now
+            extreme, at = x[k], k
+        direction[k] = now
+    return direction
+
+
+def _last_hold(v: FloatArray, time: FloatArray) -> FloatArray:
+    moving = np.abs(v) > REST * np.sqrt(np.mean(v**2))
+    hold, lengths, began = 0.0, np.zeros(v.size), time[0]
+    for k in range(v.size):
+        if moving[k]:
+            lengths[k], began = hold, time[k]
+        else:
+            hold = lengths[k] = time[k] - began
+    return lengths

@@ -1,0 +1,1 @@
+"""A model, or a model with effects, as one object that runs plain or compiled."""

@@ -1,0 +1,116 @@
+"""A model with effects as one kernel: one pure step, compiled, plain or inside an FMU.
+
+The chain is written out as the source of a kernel module, because that is what every user of a kernel
+takes: numba clones its functions, the FMU build copies its text. In the order of one step::
+
+    effects on the input motion -> the model -> effects on its friction -> effects on its outputs
+
+A model that can carry friction effects declares, in its own file, ``friction_in(p, u, o)`` (the friction
+in its outputs), ``with_friction(p, u, o, f)`` (the outputs with another friction) and ``FRICTION_LIKE``
+(a variable that has the friction's unit). It names ``MOTION`` (its position input) or has an input
+``v``, and names ``LOAD``, the input or output that loads it. Where the load is itself an output, the
+friction that depends on it is solved for by secant steps.
+
+``HAS`` names effects that are in the model's own law, each with the fields that make it.
+
+An effect's Inputs are any of ``y`` (what it changes), ``x``, ``v``, ``a``, ``s``, ``z``, ``x_pre``
+(effects/coordinates.py), ``load``, ``drive`` (load or tension at the drive side, the model's ``DRIVE``) and ``bend``
+(the sheath's angle, which becomes an input Theta); its only output is ``y``. It declares NEUTRAL, the parameters with
+which it changes nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import linecache
+from functools import cache
+from types import ModuleType
+
+from .. import models
+from ..effects import EFFECTS
+from ..effects.coordinates import Motion
+from ..models.contract import InputError
+from . import compiled_cache
+from .chain_source import Attached, Writer
+from .kernel import Kernel, kernel
+
+SIGNALS = ("y", *Motion._fields, "x_pre", "load", "drive", "bend")
+"""What an effect may ask for in its Inputs."""
+
+
+@cache
+def chain(model: str, effects: tuple[str, ...], bend: bool = False) -> Kernel:
+    """Kernel of ``model`` with ``effects`` in the order given; with its defaults it equals the model bit for bit.
+
+    Parameters
+    ----------
+    model : str
+        FMU name of the model.
+    effects : tuple of str
+        Each ``id`` or ``id@channel``; without a channel the effect goes to its first place: the friction, or the
+        model's first output or input.
+    bend : bool
+        Have the input Theta also where no effect uses it, so that the same runs fit with and without one that does.
+
+    Raises
+    ------
+    InputError
+        Unknown effect or channel, an effect where it makes no sense, or one given twice.
+    """
+    base = kernel(model)
+    if not effects and not bend:
+        return base
+    attached = [attach(base, text) for text in effects]
+    if len({a.spec for a in attached}) < len(attached):
+        raise InputError(f"effects {', '.join(effects)} of {model} -- expected each effect once a place -- drop one")
+    source = Writer(base, attached, bend).text()
+    name = f"chain_{hashlib.sha256(source.encode()).hexdigest()[:12]}"
+    module = compiled_cache.module(models, name, source) or _module(name, source)
+    module.__dict__["SOURCE_TEXT"] = source
+    return Kernel(module)
+
+
+def _module(name: str, source: str) -> ModuleType:
+    """The module where it cannot be a file."""
+    module = ModuleType(f"{models.__name__}.{name}")
+    module.__package__ = models.__name__
+    module.__file__ = f"<{name}>"
+    linecache.cache[module.__file__] = (len(source), None, source.splitlines(keepends=True), module.__file__)
+    exec(compile(source, module.__file__, "exec"), module.__dict__)  # noqa: S102  our own text, names from the registry
+    return module
+
+
+def id_of(spec: str) -> str:
+    """Id of an effect given as ``id`` or ``id@channel``."""
+    return spec.partition("@")[0]
+
+
+def attach(base: Kernel, text: str) -> Attached:
+    """Read ``id`` or ``id@channel`` and check that the effect can be there."""
+    name, _, channel = text.partition("@")
+    found = {module.NAME: module for module in EFFECTS}
+    if name not in found:
+        raise InputError(f"effect {name!r} -- expected one of {', '.join(found)} -- see 'tsm-fmu list'")
+    module = found[name]
+    if "load" in module.Inputs._fields and not hasattr(base.module, "LOAD"):
+        raise InputError(
+            f"effect {name!r} on {base.name} -- it needs a load, which {base.name} has not -- use TendonDrive"
+        )
+    moving = hasattr(base.module, "MOTION") or "v" in base.module.Inputs._fields
+    if not moving and set(Motion._fields) & set(module.Inputs._fields):
+        raise InputError(
+            f"effect {name!r} on {base.name} -- it needs a motion, which {base.name} has not -- use TendonDrive"
+        )
+    inputs = [v.name for v in base.inputs]
+    outputs = [v.name for v in base.outputs]
+    allowed = [""] if "friction" in module.PLACES and hasattr(base.module, "with_friction") else []
+    allowed += outputs if "output" in module.PLACES else []
+    allowed += inputs if "input" in module.PLACES else []
+    if not channel and allowed:
+        return Attached(module, allowed[0])
+    if channel not in allowed:
+        if not allowed:
+            raise InputError(f"effect {text!r} on {base.name} -- it has no place there -- choose another")
+        places = ", ".join(a or "the friction" for a in allowed)
+        raise InputError(f"effect {text!r} on {base.name} -- it can act on {places} -- choose one of these")
+    return Attached(module, channel)

@@ -1,0 +1,287 @@
+"""The text of a chain's kernel module."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import ModuleType
+
+from ..effects.coordinates import Motion, MotionParams
+from .kernel import Kernel
+
+
+@dataclass(frozen=True)
+class Attached:
+    """An effect at its place: ``channel`` is '' for friction, else an input or output of the model."""
+
+    module: ModuleType
+    channel: str
+
+    @property
+    def spec(self) -> str:
+        """The way users write it: ``id`` on friction, ``id@channel`` elsewhere."""
+        return f"{self.module.NAME}@{self.channel}" if self.channel else self.module.NAME
+
+    @property
+    def prefix(self) -> str:
+        """Prefix of its parameters' fields; a double underscore is a dot in the public name."""
+        return f"{self.channel}__{self.module.NAME}__" if self.channel else f"{self.module.NAME}__"
+
+
+class Writer:
+    """Writes the module; each method is one passage of it."""
+
+    def __init__(self, base: Kernel, attached: list[Attached], bend: bool = False) -> None:
+        self.base = base
+        self.module = base.module
+        self.attached = attached
+        self.model_file = base.module.__name__.rsplit(".", 1)[-1]
+        self.inputs = self.module.Inputs._fields
+        self.load = getattr(base.module, "LOAD", "")
+        self.load_is_output = self.load in self.module.Outputs._fields
+        self.friction = [(n, a) for n, a in enumerate(attached) if not a.channel]
+        self.position = getattr(base.module, "MOTION", "")
+        self.drive = getattr(base.module, "DRIVE", "")
+        self.needs = {f for a in attached for f in a.module.Inputs._fields}
+        self.holds = hasattr(base.module, "with_load")
+        self.moves = bool(self.needs & set(Motion._fields))
+        self.bend = bend or "bend" in self.needs
+
+    def text(self) -> str:
+        return "\n".join(
+            [
+                f'"""{self.base.name} with {", ".join(self._added())} (written by chain.py)."""',
+                "",
+                *self._imports(),
+                "",
+                f'NAME = "{self.base.name}"',
+                f"EFFECTS = {tuple(a.spec for a in self.attached)!r}",
+                *self._classes(),
+                *self._check(),
+                *self._friction_function("start"),
+                *self._friction_function("step"),
+                *self._load_function("start"),
+                *self._load_function("step"),
+                *self._function("start"),
+                *self._function("step"),
+                "",
+            ]
+        )
+
+    # -- declarations
+
+    def _added(self) -> list[str]:
+        return [a.spec for a in self.attached] or ["an input Theta"]
+
+    def _imports(self) -> list[str]:
+        names = ["Params", "State", "Inputs", "Outputs", "start", "step"]
+        optional = [
+            n
+            for n in ("check", "warnings", "friction_in", "with_friction", "sliding_level", "held_load", "with_load")
+            if hasattr(self.module, n)
+        ]
+        lines = [f"from .{self.model_file} import {n} as model_{n}" for n in names + optional]
+        lines += [f"from .{self.model_file} import PRESETS"]
+        for number, a in enumerate(self.attached):
+            file = a.module.__name__.rsplit(".", 1)[-1]
+            optional = ["check"] if hasattr(a.module, "check") else []
+            lines += [f"from ..effects.{file} import {n} as e{number}_{n}" for n in [*names, "NEUTRAL", *optional]]
+        lines += ["from ..effects.coordinates import Bend, Motion, MotionParams"]
+        lines += ["from ..effects.coordinates import motion_from_position, motion_from_speed"]
+        lines += ["from .laws.velocity_filter import filtered_slope"]
+        return [*lines, "from .joined import Part, joined"]
+
+    def _units(self, a: Attached) -> dict[str, str]:
+        force = _unit(self.base, getattr(self.module, "FRICTION_LIKE", ""))
+        load = _unit(self.base, self.load)
+        own = _unit(self.base, a.channel) if a.channel else force
+        return {"F": force, "load": load, "x": self._motion_unit(), "y": own}
+
+    def _motion_unit(self) -> str:
+        return _unit(self.base, self.position) or _unit(self.base, "v").removesuffix("/s")
+
+    def _classes(self) -> list[str]:
+        left_out = tuple(f for f in MotionParams._fields if not self._own_motion_parameter(f))
+        motion_units = {"x": self._motion_unit()}
+        inputs = 'joined(__name__, "Inputs", Part("", model_Inputs, None, {}), Part("", Bend, None, {}))'
+        lines = ["", f"Inputs = {inputs if self.bend else 'model_Inputs'}", "Outputs = model_Outputs"]
+        lines += ["Params = joined(", "    __name__,", '    "Params",']
+        lines += ['    Part("", model_Params, model_Params(), {}),']
+        if self.moves:
+            lines += [f'    Part("motion__", MotionParams, MotionParams(), {motion_units!r}, {left_out!r}),']
+        lines += [
+            f'    Part("{a.prefix}", e{n}_Params, e{n}_NEUTRAL, {self._units(a)!r}),'
+            for n, a in enumerate(self.attached)
+        ]
+        lines += [")", "State = joined(", "    __name__,", '    "State",', '    Part("", model_State, None, {}),']
+        if self.moves:
+            lines += [f'    Part("motion__", Motion, None, {motion_units!r}),']
+        lines += [f'    Part("{a.prefix}", e{n}_State, None, {self._units(a)!r}),' for n, a in enumerate(self.attached)]
+        return [*lines, ")"]
+
+    def _check(self) -> list[str]:
+        lines = ["", "", "def check(p):"]
+        if hasattr(self.module, "check"):
+            lines.append(f"    model_check({self._model_params()})")
+        for number, a in enumerate(self.attached):
+            if hasattr(a.module, "check"):
+                lines.append(f"    e{number}_check({self._effect_params(number, a)})")
+        lines = [] if len(lines) == 3 else lines  # without a joint condition there is nothing to check
+        if hasattr(self.module, "warnings"):
+            lines += ["", "", "def warnings(p):", f"    return model_warnings({self._model_params()})"]
+        return lines
+
+    # -- expressions
+
+    def _model_params(self) -> str:
+        return f"model_Params({', '.join('p.' + f for f in self.module.Params._fields)})"
+
+    def _effect_params(self, number: int, a: Attached) -> str:
+        return f"e{number}_Params({', '.join(f'p.{a.prefix}{f}' for f in a.module.Params._fields)})"
+
+    def _own_motion_parameter(self, field: str) -> bool:
+        """Tell whether the chain declares a parameter of the coordinates: used, and not the model's already."""
+        used = {"x_pre": {"z", "x_pre"}, "tau_v": {"v", "a"}, "tau_a": {"a"}}[field] & self.needs
+        measured = {"x_pre": False, "tau_v": not self.position, "tau_a": "a" in self.inputs and not self.position}[
+            field
+        ]
+        return bool(used) and not measured and field not in self.module.Params._fields
+
+    def _motion_parameter(self, field: str) -> str:
+        if self._own_motion_parameter(field):
+            return f"p.motion__{field}"
+        return f"p.{field}" if field in self.module.Params._fields else "1.0"  # 1.0: no effect asks for it
+
+    def _call(self, kind: str, number: int, a: Attached, y: str, load: str) -> str:
+        signals = {"y": y, "x": "m.x", "v": "m.v", "a": "m.a", "s": "m.s", "z": "m.z", "load": load, "bend": "u.Theta"}
+        signals["x_pre"] = self._motion_parameter("x_pre")
+        signals["drive"] = f"{'u' if self.drive in self.inputs else 'o'}.{self.drive}" if self.drive else "0.0"
+        inputs = ", ".join(signals[f] for f in a.module.Inputs._fields)
+        parameters = self._effect_params(number, a)
+        made = f"e{number}_Inputs({inputs})"
+        if kind == "start":
+            return f"e{number}_start({parameters}, {made})"
+        state = ", ".join(f"s.{a.prefix}{f}" for f in a.module.State._fields)
+        return f"e{number}_step({parameters}, e{number}_State({state}), {made}, dt)"
+
+    # -- functions
+
+    def _friction_function(self, kind: str) -> list[str]:
+        """All friction effects at a given load; separate, because an estimated load is solved for."""
+        if not self.friction:
+            return []
+        arguments = "p, u, m, f, load" if kind == "start" else "p, s, u, m, f, load, dt"
+        lines = ["", "", f"def friction_{kind}({arguments}):"]
+        for number, a in self.friction:
+            lines.append(f"    t{number}, y{number} = {self._call(kind, number, a, 'f', 'load')}")
+            lines.append(f"    f = y{number}.y")
+        states = ", ".join(f"t{number}" for number, _ in self.friction)
+        return [*lines, f"    return ({states},), f"]
+
+    def _function(self, kind: str) -> list[str]:
+        lines = ["", "", "def start(p, u):" if kind == "start" else "def step(p, s, u, dt):"]
+        lines += [f"    mp = {self._model_params()}"]
+        lines += [f"    i_{f} = u.{f}" for f in self.inputs]
+        lines += self._motion(kind)
+        load = "0.0" if not self.load or self.load_is_output else f"u.{self.load}"
+        for number, a in enumerate(self.attached):
+            if a.channel in self.inputs:
+                lines.append(f"    t{number}, y{number} = {self._call(kind, number, a, 'i_' + a.channel, load)}")
+                lines.append(f"    i_{a.channel} = y{number}.y")
+        lines.append(f"    mu = model_Inputs({', '.join('i_' + f for f in self.inputs)})")
+        if kind == "start":
+            lines.append("    ms, o = model_start(mp, mu)")
+        else:
+            state = ", ".join(f"s.{f}" for f in self.module.State._fields)
+            lines.append(f"    ms, o = model_step(mp, model_State({state}), mu, dt)")
+        lines += self._friction_passage(kind)
+        if self.load_is_output:
+            load = f"o.{self.load}"
+        changed = {}
+        for number, a in enumerate(self.attached):
+            if a.channel and a.channel not in self.inputs:
+                y = changed.get(a.channel, f"o.{a.channel}")
+                lines.append(f"    t{number}, y{number} = {self._call(kind, number, a, y, load)}")
+                changed[a.channel] = f"y{number}.y"
+        outputs = ", ".join(changed.get(f, f"o.{f}") for f in self.module.Outputs._fields)
+        states = [f"o.{f}" if self.holds and f == self.load else f"ms.{f}" for f in self.module.State._fields]
+        states += [f"m.{f}" for f in Motion._fields] if self.moves else []
+        for number, a in enumerate(self.attached):
+            states += [f"t{number}.{f}" for f in a.module.State._fields]
+        return [*lines, f"    return State({', '.join(states)}), Outputs({outputs})"]
+
+    def _motion(self, kind: str) -> list[str]:
+        if not self.moves:
+            return ["    m = 0.0  # no effect asks for the motion"]
+        position = f"u.{self.position}" if self.position else "0.0"
+        if kind == "start":
+            speed = "0.0" if self.position else "u.v"
+            return [f"    m = Motion({position}, {speed}, 0.0, 0.0, 0.0)"]
+        before = f"Motion({', '.join(f's.motion__{f}' for f in Motion._fields)})"
+        x_pre, tau_v, tau_a = (self._motion_parameter(f) for f in ("x_pre", "tau_v", "tau_a"))
+        if self.position:
+            return [f"    m = motion_from_position({before}, {position}, {x_pre}, {tau_v}, {tau_a}, dt)"]
+        if "a" in self.inputs:
+            return [f"    m = motion_from_speed({before}, u.v, u.a, {x_pre}, dt)"]
+        return [
+            f"    a = filtered_slope(s.motion__a, s.motion__v, u.v, dt, {tau_a})",
+            f"    m = motion_from_speed({before}, u.v, a, {x_pre}, dt)",
+        ]
+
+    def _load_function(self, kind: str) -> list[str]:
+        """The load at which friction and torque agree, where the load is an output and its friction depends on it."""
+        if not self.friction or not self.load_is_output:
+            return []
+        arguments = "p, u, mp, mu, o, m, f0" if kind == "start" else "p, s, u, mp, mu, o, m, f0, dt"
+        before, after = ("p, u, m, f0, ", "") if kind == "start" else ("p, s, u, m, f0, ", ", dt")
+        return [
+            "",
+            "",
+            f"def load_{kind}({arguments}):",
+            f"    load = model_with_friction(mp, mu, o, f0).{self.load}",
+            f"    ft, f = friction_{kind}({before}load{after})",
+            "    for _ in range(40):",
+            f"        l1 = model_with_friction(mp, mu, o, f).{self.load}",
+            "        if abs(l1 - load) <= 1e-14 * (1.0 + abs(l1)):",
+            "            return l1, ft, f",
+            f"        ft, f = friction_{kind}({before}l1{after})",
+            f"        l2 = model_with_friction(mp, mu, o, f).{self.load}",
+            "        bend = l2 - 2.0 * l1 + load",
+            "        load = l2 if bend == 0.0 else load - (l1 - load) * (l1 - load) / bend  # Aitken",
+            f"        ft, f = friction_{kind}({before}load{after})",
+            '    raise ValueError("no load fits: the friction grows faster than the load")',
+        ]
+
+    def _friction_passage(self, kind: str) -> list[str]:
+        if not self.friction:
+            return []
+        before, after = ("p, u, ", "") if kind == "start" else ("p, s, u, ", ", dt")
+        lines = ["    f0 = model_friction_in(mp, mu, o)"]
+        if self.load_is_output:
+            lines.append(f"    load, ft, f = load_{kind}({before}mp, mu, o, m, f0{after})")
+        else:
+            load = f"u.{self.load}" if self.load else "0.0"
+            lines.append(f"    ft, f = friction_{kind}({before}m, f0, {load}{after})")
+        lines += ["    if f != f0:", "        o = model_with_friction(mp, mu, o, f)"]
+        if self.holds and kind == "step":
+            lines += self._holding()
+        return [*lines, *(f"    t{number} = ft[{place}]" for place, (number, _) in enumerate(self.friction))]
+
+    def _holding(self) -> list[str]:
+        """The load between the two frictions of sliding, kept as long as it can be; states are those of release."""
+        ways = (f"Motion(m.x, m.v, m.a, {sign}, {sign})" for sign in ("1.0", "-1.0")) if self.moves else ("m", "m")
+        pull, release = ways
+        return [
+            "    if p.hold == 1 and s.slid == 1.0:",
+            "        level = model_sliding_level(mp, ms.v_in)",
+            f"        lo, ft, f = load_step(p, s, u, mp, mu, o, {pull}, level, dt)",
+            f"        hi, ft, f = load_step(p, s, u, mp, mu, o, {release}, -level, dt)",
+            f"        held = model_held_load(s.{self.load}, lo, hi)",
+            "        o = model_with_load(mp, mu, o, held)",
+        ]
+
+
+def _unit(base: Kernel, name: str) -> str:
+    for v in (*base.inputs, *base.outputs):
+        if v.name == name:
+            return v.quantity.unit
+    return ""

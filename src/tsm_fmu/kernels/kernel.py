@@ -1,0 +1,263 @@
+"""A kernel module as one object: declared variables, validated parameters, plain and compiled simulation."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property
+from types import FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..models import MODELS
+from ..models.contract import InputError, Preset, Variable, check_bounds, variables
+from .compiled_cache import kept, own, written
+
+FloatArray = NDArray[np.float64]
+
+
+INLINED = 10_000
+"""Bytes of code of a ``start`` or ``step``, with all it calls, up to which it is inlined: to pass a state of many
+fields costs more than most steps. Beyond, it does not show, and each copy would take seconds to compile."""
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """One model or effect in kernel form.
+
+    Attributes
+    ----------
+    module : module
+        The model's own file; `name`, the variables and the presets derive from it.
+    """
+
+    module: ModuleType
+
+    @property
+    def name(self) -> str:
+        return self.module.NAME
+
+    @cached_property
+    def parameters(self) -> tuple[Variable, ...]:
+        return variables(self.module.Params)
+
+    @cached_property
+    def inputs(self) -> tuple[Variable, ...]:
+        return variables(self.module.Inputs)
+
+    @cached_property
+    def outputs(self) -> tuple[Variable, ...]:
+        return variables(self.module.Outputs)
+
+    @property
+    def presets(self) -> Mapping[str, Preset]:
+        return self.module.PRESETS
+
+    def params(self, preset: str | None = None, values: Mapping[str, float] | None = None) -> Any:
+        """Validated parameters: a preset, changed by ``values`` (public names, SI).
+
+        Parameters
+        ----------
+        preset : str, optional
+            Name in `presets`; without it the defaults, which are the first preset.
+        values : mapping of str to float, optional
+            Values by public name.
+
+        Returns
+        -------
+        Params
+            The kernel's named tuple.
+
+        Raises
+        ------
+        InputError
+            Unknown preset or name, value not a number, out of bounds, or a joint condition violated.
+        """
+        fields = {v.field: v.start for v in self.parameters}
+        if preset is not None:
+            if preset not in self.presets:
+                raise InputError(
+                    f"preset {preset!r} of {self.name} -- expected one of {', '.join(self.presets)} "
+                    "-- see 'tsm-fmu list'"
+                )
+            values = {**self.presets[preset].si, **(values or {})}
+        by_name = {v.name: v for v in self.parameters}
+        for name, value in (values or {}).items():
+            if name not in by_name:
+                raise InputError(
+                    f"parameter {name!r} of {self.name} -- expected one of {', '.join(by_name)} -- see 'tsm-fmu list'"
+                )
+            fields[by_name[name].field] = _number(by_name[name], value)
+        p = self.module.Params(**fields)
+        self.check(p)
+        return p
+
+    def check(self, p: Any) -> None:
+        """Raise `InputError` where ``p`` violates a bound or a joint condition."""
+        check_bounds(self.parameters, p)
+        joint = getattr(self.module, "check", None)
+        if joint is not None:
+            joint(p)
+
+    def warnings(self, p: Any) -> tuple[str, ...]:
+        """Say what a user should know about allowed parameters, one line each."""
+        about = getattr(self.module, "warnings", None)
+        return about(p) if about is not None else ()
+
+    def simulate(self, p: Any, time: ArrayLike, inputs: ArrayLike, *, compiled: bool = True) -> FloatArray:
+        """Outputs at every row: row 0 starts the kernel, row k+1 is its k-th step.
+
+        Parameters
+        ----------
+        p : Params
+            From `params`.
+        time : array_like, shape (n,)
+            Time [s], strictly increasing.
+        inputs : array_like, shape (n, number of inputs)
+            Inputs by column, in declared order, SI.
+        compiled : bool
+            Use the numba form; the plain Python form gives the same numbers.
+
+        Returns
+        -------
+        ndarray, shape (n, number of outputs)
+
+        Raises
+        ------
+        InputError
+            Wrong shapes, NaN, time not increasing, or a condition lost while running.
+        """
+        t = np.ascontiguousarray(time, dtype=float)
+        u = np.ascontiguousarray(inputs, dtype=float)
+        if t.ndim != 1 or t.size == 0 or u.shape != (t.size, len(self.inputs)):
+            raise InputError(
+                f"inputs of shape {u.shape} at times of shape {t.shape} for {self.name} -- expected "
+                f"({t.size}, {len(self.inputs)}): one column for each of "
+                f"{', '.join(v.name for v in self.inputs) or 'no inputs'} -- transpose or complete them"
+            )
+        if not np.isfinite(u).all():
+            row, column = np.argwhere(~np.isfinite(u))[0]
+            raise InputError(
+                f"input {self.inputs[column].name} = {u[row, column]} in row {row} (t = {t[row]:g} s) -- expected a "
+                "finite number -- cut or repair the log"
+            )
+        if not np.isfinite(t).all():
+            row = int(np.argmin(np.isfinite(t)))
+            raise InputError(f"time {t[row]} s in row {row} -- expected a finite number -- cut or repair the log")
+        later = t[1:] > t[:-1]
+        if not later.all():
+            row = int(np.argmin(later)) + 1
+            raise InputError(
+                f"time {t[row]} s in row {row} -- expected more than {t[row - 1]} s -- sort or cut the log"
+            )
+        y = np.empty((t.size, len(self.outputs)))
+        run = compiled_run(self.module) if compiled else _runner(self.module, self.module.start, self.module.step)
+        try:
+            run(np.array([p], dtype=float), np.array([[0, t.size, 0]]), t, u, y, np.zeros(1, dtype=np.int64))
+        except (ValueError, ArithmeticError) as failure:
+            advice = "" if " -- " in str(failure) else " -- expected finite numbers -- check parameters and inputs"
+            raise InputError(f"{self.name} stopped: {failure}{advice}") from failure
+        return y
+
+
+@cache
+def compiled_run(module: ModuleType) -> Callable[..., None]:
+    """Compiled form of a kernel's loops over records; ``run(table, spans, t, u, y, at)`` fills ``y`` row by row.
+
+    ``table[i]`` holds the parameters of the i-th simulation, ``spans[i]`` its first row in ``t`` and ``u``, the one
+    after its last, and its first in ``y``. Simulations begin with that of number ``at[0]``, which counts them: after
+    a failure it is the one that failed. All of them run without the interpreter's lock.
+
+    ``start`` and ``step`` are compiled by cloning them, and the functions they call, with numba's globals.
+    """
+    return _njit(_runner(module, _clone(module.start), _clone(module.step)))
+
+
+def _njit(function: Any, **options: Any) -> Any:
+    from numba import njit  # heavy: only those who compile pay for the import
+
+    options["no_cfunc_wrapper"] = True  # costly, and nobody would call it
+    with kept(function.__module__) as cache_it:
+        on_disk = cache_it and os.path.isfile(function.__code__.co_filename)
+        return njit(error_model="numpy", nogil=True, cache=on_disk, **options)(function)
+
+
+@cache
+def _code_size(function: FunctionType) -> int:
+    """Bytes of code of a function and of those it calls, each counted where it is called."""
+    called = (function.__globals__.get(name) for name in function.__code__.co_names)
+    return len(function.__code__.co_code) + sum(_code_size(f) for f in called if isinstance(f, FunctionType))
+
+
+@cache
+def _clone(function: FunctionType) -> Any:
+    """Clone of a function; kept, so that chains with the same model or effect compile it once."""
+    names = dict(function.__globals__)
+    for name in function.__code__.co_names:
+        if isinstance(names.get(name), FunctionType):
+            names[name] = _clone(names[name])
+    copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__)
+    inlined = function.__name__.endswith(("start", "step")) and _code_size(function) < INLINED
+    return _njit(copy, no_cpython_wrapper=True, forceinline=inlined)
+
+
+def _runner(module: ModuleType, start: Any, step: Any) -> Any:
+    """The loops over records, written out so that numba sees one named tuple per row."""
+
+    def row(k: str) -> str:
+        return f"Inputs({', '.join(f'u[{k}, {j}]' for j in range(len(module.Inputs._fields)))})"
+
+    def stored(indent: str, k: str) -> str:
+        return "".join(f"{indent}y[{k}, {j}] = o.{f}\n" for j, f in enumerate(module.Outputs._fields))
+
+    values = ", ".join(f"{v.kind.__name__}(table[i, {j}])" for j, v in enumerate(variables(module.Params)))
+    source = (
+        f"def run(table, spans, t, u, y, at):\n"
+        f"    for i in range(at[0], len(table)):\n"
+        f"        at[0] = i\n"
+        f"        p = Params({values})\n"
+        f"        first, end, to = spans[i, 0], spans[i, 1], spans[i, 2]\n"
+        f"        s, o = start(p, {row('first')})\n"
+        f"{stored('        ', 'to')}"
+        f"        for k in range(first + 1, end):\n"
+        f"            s, o = step(p, s, {row('k')}, t[k] - t[k - 1])\n"
+        f"{stored('            ', 'to + k - first')}"
+    )
+    names: dict[str, Any] = {"__name__": module.__name__, "start": start, "step": step}
+    names |= {"Params": module.Params, "Inputs": module.Inputs}
+    name = f"loop_{module.__name__.rpartition('.')[2]}"
+    file = written(name, source) if own(module.__name__) else f"<{name}>"
+    exec(compile(source, file, "exec"), names)  # noqa: S102  our own text, no input in it
+    return names["run"]
+
+
+def _number(variable: Variable, value: Any) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if math.isnan(number) or (variable.kind is int and not number.is_integer()):
+        kind = "an integer" if variable.kind is int else "a number"
+        raise InputError(
+            f"parameter {variable.name} = {value!r} -- expected {kind} [{variable.quantity.unit}] -- correct it"
+        )
+    return variable.kind(number)
+
+
+@cache
+def kernel(name: str) -> Kernel:
+    """The model called ``name`` (its FMU name).
+
+    Raises
+    ------
+    InputError
+        If there is no such model; the message lists those that exist.
+    """
+    for module in MODELS:
+        if module.NAME == name:
+            return Kernel(module)
+    raise InputError(f"model {name!r} -- expected one of {', '.join(m.NAME for m in MODELS)} -- see 'tsm-fmu list'")

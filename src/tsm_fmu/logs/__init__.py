@@ -1,0 +1,1 @@
+"""Measured logs: reading, units, derivatives, quantisation, and how well a simulation agrees with them."""

@@ -1,0 +1,147 @@
+"""Speed and acceleration from a measured position, without phase shift.
+
+A Savitzky-Golay filter fits a fourth-order polynomial to a window of samples around each row and takes its
+derivative (Savitzky and Golay 1964; Schafer 2011). Its window is chosen so that the derivative is 3 dB low at
+the cut-off frequency.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.signal import savgol_coeffs, savgol_filter, welch
+
+from ..models.contract import InputError
+from .quantisation import quantisation_step
+
+__all__ = ["Derivative", "default_cutoff", "differentiate", "sample_period"]
+
+FloatArray = NDArray[np.float64]
+_ORDER = 4
+_SHORTEST = 7
+_LONGEST = 2001  # beyond it the polynomial fit loses digits
+_PRODUCT = {1: 1.248, 2: 1.409}  # cut-off frequency times window length, for long windows
+
+
+@dataclass(frozen=True)
+class Derivative:
+    """A derivative and how it was made.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        Derivative in units of the signal over s (order 1) or s2 (order 2).
+    cutoff : float
+        Frequency [Hz] at which the derivative is 3 dB low.
+    window : int
+        Samples in the polynomial window.
+    """
+
+    values: FloatArray
+    cutoff: float
+    window: int
+
+
+def sample_period(time: FloatArray, first_row: int = 0) -> float:
+    """Sample period [s] of an evenly sampled record; jitter below half a period passes.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Time [s].
+    first_row : int
+        Row number of the first sample, for the message.
+
+    Raises
+    ------
+    InputError
+        If samples are missing or doubled: an interval below 0.5 or above 1.5 of the median.
+    """
+    steps = np.diff(time)
+    middle = float(np.median(steps))
+    uneven = np.flatnonzero((steps < 0.5 * middle) | (steps > 1.5 * middle))
+    if uneven.size:
+        k = int(uneven[0])
+        raise InputError(
+            f"interval of {steps[k]:g} s between rows {first_row + k} and {first_row + k + 1} (t = {time[k]:g} s), "
+            f"{uneven.size} such in all -- expected even sampling near {middle:g} s to differentiate "
+            "-- cut the log with --from and --to, or add the measured speed to it"
+        )
+    return float(time[-1] - time[0]) / (time.size - 1)
+
+
+def default_cutoff(time: FloatArray, x: FloatArray) -> float:
+    """Cut-off [Hz] from the signal: twice the frequency above which only noise is left.
+
+    That is where the power that remains above it (Welch's spectrum) is no more than the power of the noise: the
+    spectrum's floor (median of its upper half) over the whole band, or the q^2/12 of a quantisation step q.
+
+    Parameters
+    ----------
+    time, x : ndarray, shape (n,)
+        Evenly sampled signal.
+    """
+    period = sample_period(time)
+    frequency, power = welch(x, 1.0 / period, nperseg=max(8, x.size // 4), detrend="linear")
+    remaining = np.cumsum(power[::-1])[::-1] * frequency[1]
+    floor = float(np.median(power[frequency.size // 2 :])) * frequency[-1]
+    noise = max(floor, quantisation_step(x) ** 2 / 12.0, 1e-12 * remaining[0])
+    return 2.0 * float(frequency[max(1, int(np.argmax(remaining <= noise)))])
+
+
+def differentiate(
+    time: FloatArray, x: FloatArray, order: int = 1, cutoff: float | None = None, first_row: int = 0
+) -> Derivative:
+    """First or second derivative of ``x`` without phase shift.
+
+    Parameters
+    ----------
+    time, x : ndarray, shape (n,)
+        Evenly sampled signal.
+    order : {1, 2}
+    cutoff : float, optional
+        Frequency [Hz] at which the derivative is 3 dB low; `default_cutoff` without it.
+    first_row : int
+        Row number of the first sample, for messages.
+
+    Raises
+    ------
+    InputError
+        If sampling is uneven, or the cut-off is outside what rate and length of the record allow.
+    """
+    period = sample_period(time, first_row)
+    longest = min(x.size - 1 + x.size % 2, _LONGEST)
+    if longest < _SHORTEST:
+        raise InputError(f"{x.size} samples -- expected at least {_SHORTEST} to differentiate -- give a longer log")
+    lowest, highest = (_cutoff(window, period, order) for window in (longest, _SHORTEST))
+    if cutoff is None:
+        cutoff = min(max(default_cutoff(time, x), lowest), highest)
+    elif not lowest <= cutoff <= highest:
+        raise InputError(
+            f"cut-off {cutoff:g} Hz -- expected {lowest:.3g} to {highest:.3g} Hz for {x.size} samples at "
+            f"{1.0 / period:.6g} Hz -- choose a --cutoff inside"
+        )
+    half = int(np.rint(0.5 * (_PRODUCT[order] / (cutoff * period) - 1.0)))
+    window = min(max(2 * half + 1, _SHORTEST), longest)
+    values: Any = savgol_filter(x, window, _ORDER, deriv=order, delta=period, mode="interp")
+    return Derivative(values, _cutoff(window, period, order), window)
+
+
+@cache
+def _cutoff(window: int, period: float, order: int) -> float:
+    """Frequency [Hz] at which the filter's gain, relative to the exact derivative, is -3 dB."""
+    taps = savgol_coeffs(window, _ORDER, deriv=order, use="dot")
+    k = np.arange(window) - window // 2
+
+    def excess(angle: float) -> float:
+        gain = taps @ np.sin(angle * k) / angle if order == 1 else -(taps @ np.cos(angle * k)) / angle**2
+        return float(gain) - math.sqrt(0.5)
+
+    angle: Any = brentq(excess, math.pi / window, 3.6 * math.pi / window)
+    return float(angle) / (2.0 * math.pi * period)

@@ -1,0 +1,307 @@
+"""Measured runs: what every verb reads and every simulation writes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..kernels.kernel import Kernel
+from ..models.contract import InputError, Variable
+from .differentiate import differentiate
+from .samples import check_order, check_samples, window_of
+from .table import FIRST_ROW, Column, read_table, write_table
+from .units import same_quantity, unit_to_si
+
+__all__ = ["KernelInputs", "Record", "cutoff_note", "kernel_inputs", "read_record", "write_record"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Record:
+    """One measured or simulated run in SI units.
+
+    Attributes
+    ----------
+    name : str
+        Short name of the run, for tables and keys.
+    time : ndarray, shape (n,)
+        Time [s], strictly increasing.
+    columns : mapping of str to ndarray, shape (n,)
+        Channels by name, finite; read-only like `time`.
+    units : mapping of str to str
+        SI unit of each channel, as FMI writes it.
+    source : Path or None
+        The file, if there is one.
+    sha256 : str
+        Digest of the file's bytes; empty without a file.
+    first_row : int
+        Row of the file that sample 0 is from (the header is row 1).
+    """
+
+    name: str
+    time: FloatArray
+    columns: Mapping[str, FloatArray]
+    units: Mapping[str, str]
+    source: Path | None = None
+    sha256: str = ""
+    first_row: int = FIRST_ROW
+
+    def __post_init__(self) -> None:
+        where = str(self.source or self.name)
+        time = _frozen(self.time)
+        columns = {name: _frozen(values) for name, values in self.columns.items()}
+        if set(columns) != set(self.units):
+            raise InputError(
+                f"{where}: units for {sorted(self.units)} -- expected one each for {sorted(columns)} "
+                "-- give every channel its unit"
+            )
+        check_samples(where, time, columns, self.first_row)
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "columns", MappingProxyType(columns))
+        object.__setattr__(self, "units", MappingProxyType(dict(self.units)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # the read-only views cannot be pickled; a run that goes to another process is made anew there
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        return Record, tuple(dict(v) if isinstance(v, MappingProxyType) else v for v in values.values())
+
+    def row(self, sample: int) -> int:
+        """Row of the file that holds the sample."""
+        return self.first_row + int(sample)
+
+    def require(self, name: str, unit: str) -> FloatArray:
+        """The channel called ``name``, in the SI unit ``unit``.
+
+        Raises
+        ------
+        InputError
+            If the run has no such channel, or its unit measures something else.
+        """
+        where = self.source or self.name
+        if name not in self.columns:
+            raise InputError(
+                f"{where} has no channel {name!r} -- it has {', '.join(self.columns) or 'only time'} "
+                f"-- rename one with --map LOG={name}"
+            )
+        if not same_quantity(self.units[name], unit):
+            raise InputError(
+                f"{where}: channel {name!r} in {self.units[name]} -- expected a unit such as {unit} "
+                "-- correct the header or choose another column with --map"
+            )
+        return self.columns[name]
+
+    def window(self, start: float | None = None, stop: float | None = None) -> Record:
+        """The samples with start <= time <= stop [s].
+
+        Raises
+        ------
+        InputError
+            If fewer than two samples are left.
+        """
+        keep = window_of(str(self.source or self.name), self.time, start, stop)
+        columns = {name: values[keep] for name, values in self.columns.items()}
+        return replace(self, time=self.time[keep], columns=columns, first_row=self.row(keep.start))
+
+    def inputs_for(self, kernel: Kernel, cutoff: float | None = None) -> FloatArray:
+        """Inputs of a kernel as columns in its order, shape (n, number of inputs); see `kernel_inputs`."""
+        return kernel_inputs(self, kernel, cutoff).values
+
+
+@dataclass(frozen=True)
+class KernelInputs:
+    """Inputs of a kernel from a record.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n, number of inputs)
+        By column in the kernel's order, SI.
+    notes : tuple of str
+        One sentence for each input that was derived, with the cut-off.
+    """
+
+    values: FloatArray
+    notes: tuple[str, ...]
+
+
+def kernel_inputs(record: Record, kernel: Kernel, cutoff: float | None = None) -> KernelInputs:
+    """Inputs of a kernel; v and a come from x (v_in from x_in, ...) by a zero-phase differentiator where missing.
+
+    Parameters
+    ----------
+    record : Record
+    kernel : Kernel
+    cutoff : float, optional
+        Cut-off of the differentiator [Hz]; from the spectrum of x without it (`differentiate.default_cutoff`).
+
+    Raises
+    ------
+    InputError
+        If an input is missing and cannot be derived, measures something else, or the sampling is uneven.
+    """
+    columns, notes = [], []
+    for variable in kernel.inputs:
+        origin = None if variable.name in record.columns else _origin(record, variable)
+        if origin is None:
+            columns.append(record.require(variable.name, variable.quantity.unit))
+            continue
+        name, order = origin
+        unit = variable.quantity.unit
+        if not same_quantity(f"{record.units[name]}/s{order}" if order > 1 else f"{record.units[name]}/s", unit):
+            raise InputError(
+                f"{record.source or record.name}: {variable.name} [{unit}] from channel {name!r} in "
+                f"{record.units[name]} -- expected a unit whose derivative is {unit} -- correct the header or use --map"
+            )
+        derived = differentiate(record.time, record.columns[name], order, cutoff, record.first_row)
+        columns.append(derived.values)
+        notes.append(
+            f"{variable.name} derived from {name} by a zero-phase Savitzky-Golay differentiator, "
+            f"cut-off {derived.cutoff:.3g} Hz ({derived.window} samples)"
+        )
+    return KernelInputs(np.column_stack(columns) if columns else np.empty((record.time.size, 0)), tuple(notes))
+
+
+def cutoff_note(cutoff: float | None, records: Sequence[Record], inputs: Sequence[str]) -> tuple[str, ...]:
+    """One sentence where a cut-off [Hz] is given but every run holds all ``inputs``; nothing otherwise."""
+    if cutoff is None or any(name not in record.columns for record in records for name in inputs):
+        return ()
+    names = f"the log has {', '.join(inputs)} itself" if inputs else "there is no input"
+    return (f"--cutoff {cutoff:g} Hz is not used: {names}, nothing is derived",)
+
+
+def read_record(
+    path: str | Path,
+    *,
+    renames: Mapping[str, str] | None = None,
+    scales: Mapping[str, float] | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    name: str | None = None,
+) -> Record:
+    """Read a measured run: CSV, CSV.gz or Parquet, header cells ``name [unit]``, first column time.
+
+    Parameters
+    ----------
+    path : str or Path
+    renames : mapping of str to str, optional
+        Name in the log to variable name; applied first.
+    scales : mapping of str to float, optional
+        Factor by name, before or after renaming (-1 turns a sign).
+    start, stop : float, optional
+        Window [s]; samples outside are left out before their values are judged.
+    name : str, optional
+        Short name; the file's stem without it.
+
+    Raises
+    ------
+    InputError
+        One line with file, row and column for whatever is wrong with the file or the options.
+    """
+    path = Path(path)
+    table, digest = read_table(path)
+    table = _renamed(path, table, renames or {})
+    factors = _factors(path, [c.name for c in table[1:]], renames or {}, scales or {})
+    time = _time(path, table[0])
+    check_order(str(path), time, FIRST_ROW)
+    keep = window_of(str(path), time, start, stop)
+    columns, units = {}, {}
+    for column in table[1:]:
+        try:
+            si = unit_to_si(column.unit)
+        except InputError as wrong:
+            raise InputError(f"{path}: column {column.name!r}: {wrong}") from None
+        factor = si.factor * factors.get(column.name, 1.0)
+        columns[column.name] = column.values[keep] * factor + si.offset * factors.get(column.name, 1.0)
+        units[column.name] = si.si
+    stem = path.name.removesuffix(".gz").removesuffix(".csv").removesuffix(".parquet")
+    return Record(name or stem, time[keep], columns, units, path, digest, FIRST_ROW + keep.start)
+
+
+def write_record(path: str | Path, time: ArrayLike, columns: Mapping[str, ArrayLike], units: Mapping[str, str]) -> Path:
+    """Write a run in the form `read_record` takes; numbers survive to the last bit.
+
+    Parameters
+    ----------
+    path : str or Path
+        Ends in ``.csv``, ``.csv.gz`` or ``.parquet``.
+    time : array_like, shape (n,)
+        Time [s].
+    columns : mapping of str to array_like, shape (n,)
+    units : mapping of str to str
+        Unit of each column.
+    """
+    path = Path(path)
+    header = ["time [s]", *(f"{name} [{units[name]}]" for name in columns)]
+    write_table(path, header, [np.asarray(c, dtype=float) for c in (time, *columns.values())])
+    return path
+
+
+def _origin(record: Record, variable: Variable) -> tuple[str, int] | None:
+    """Channel and order of derivative that give an input: v and a, with the suffix of the channel."""
+    letter, suffix = variable.name[:1], variable.name[1:]
+    if suffix and not suffix.startswith("_"):
+        return None
+    candidates = {"v": (("x", 1),), "a": (("v", 1), ("x", 2))}.get(letter, ())
+    return next(((c + suffix, order) for c, order in candidates if c + suffix in record.columns), None)
+
+
+def _renamed(path: Path, table: list[Column], renames: Mapping[str, str]) -> list[Column]:
+    names = [column.name for column in table]
+    for log in renames:
+        if log not in names:
+            raise InputError(
+                f"--map {log}={renames[log]}: {path} has no column {log!r} -- expected one of {', '.join(names)} "
+                "-- correct the name"
+            )
+    new = [renames.get(name, name) for name in names]
+    for name in new:
+        if new.count(name) > 1:
+            raise InputError(
+                f"--map: two columns of {path} are called {name!r} -- expected different names -- map the other away"
+            )
+    return [Column(name, column.unit, column.values) for name, column in zip(new, table, strict=True)]
+
+
+def _factors(path: Path, names: list[str], renames: Mapping[str, str], scales: Mapping[str, float]) -> dict[str, float]:
+    factors: dict[str, float] = {}
+    for name, factor in scales.items():
+        new = name if name in names else renames.get(name, name)
+        if new not in names:
+            raise InputError(
+                f"--scale {name}: {path} has no such channel -- expected one of {', '.join(names)} -- correct the name"
+            )
+        if new in factors:
+            raise InputError(f"--scale {name}: {new!r} has a factor already -- expected one -- remove the other")
+        if not np.isfinite(factor) or factor == 0.0:
+            raise InputError(f"--scale {name}={factor} -- expected a finite number other than 0 -- for example -1")
+        factors[new] = float(factor)
+    return factors
+
+
+def _time(path: Path, column: Column) -> FloatArray:
+    if column.name != "time":
+        raise InputError(
+            f"{path}: first column is {column.name!r} -- expected 'time [s]' "
+            f"-- move it to the front or use --map {column.name}=time"
+        )
+    try:
+        known = same_quantity(column.unit, "s")
+    except InputError as wrong:
+        raise InputError(f"{path}: column 'time': {wrong}") from None
+    if not known:
+        raise InputError(
+            f"{path}: time in {column.unit!r} -- expected a unit of time such as s or ms -- correct the header"
+        )
+    return column.values * unit_to_si(column.unit).factor
+
+
+def _frozen(values: ArrayLike) -> FloatArray:
+    array = np.array(values, dtype=float)
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,179 @@
+"""Unit texts as people and FMI write them, understood by pint and brought to SI.
+
+pint takes the radian as a pure number, so that it would turn 1 Hz into 1 rad/s and compare a gain with an
+angle. Here the radian counts as a base unit: ``deg`` and ``rpm`` convert, ``Hz`` for an angular speed is refused.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from ..models.contract import InputError
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+
+__all__ = ["UnitToSI", "same_quantity", "unit_to_si"]
+
+# Texts that pint reads as something no rig measures, or that mean different things to different people.
+_AMBIGUOUS = {
+    "C": "degC for a temperature, A.s for a charge",
+    "F": "degF for a temperature, N for a force",
+    "M": "m for metres",
+    "rps": "turn/s or rad/s",
+    "cps": "1/s or turn/s",
+    "lb.in": "lbf.in", "lb.ft": "lbf.ft", "lb-in": "lbf.in", "lb-ft": "lbf.ft", "in.lb": "lbf.in", "in-lb": "lbf.in",
+    "oz.in": "ozf.in", "oz-in": "ozf.in", "in.oz": "ozf.in",
+    "kg.m": "kgf.m or N.m", "kg.cm": "kgf.cm", "kg-cm": "kgf.cm", "kg.mm": "kgf.mm", "g.cm": "gf.cm",
+    "kg*m": "kgf.m or N.m", "kg*cm": "kgf.cm", "kg cm": "kgf.cm", "kg*mm": "kgf.mm", "oz*in": "ozf.in",
+}  # fmt: skip
+# The coherent SI unit that keeps the sort of quantity readable: lbf.in becomes N.m, not kg.m2/s2.
+_COHERENT = (
+    "N",
+    "Pa",
+    "W",
+    "J",
+    "V",
+    "ohm",
+    "C",
+    "F",
+    "H",
+    "T",
+    "Wb",
+    "Hz",
+    "kg",
+    "m",
+    "rad",
+    "s",
+    "A",
+    "K",
+    "mol",
+    "cd",
+)
+_LONGEST = 60
+
+
+@dataclass(frozen=True)
+class UnitToSI:
+    """How a unit text becomes SI: ``si = factor * value + offset``.
+
+    Attributes
+    ----------
+    si : str
+        Coherent SI unit as FMI writes it (``"N.m"``, ``"rad/s2"``).
+    factor, offset : float
+        The conversion; the offset is not zero for temperatures only.
+    base : tuple of (str, float)
+        Exponents of kg, m, s, A, K, mol, cd and rad: two quantities can be compared when these are equal.
+    """
+
+    si: str
+    factor: float
+    offset: float
+    base: tuple[tuple[str, float], ...]
+
+
+@cache
+def unit_to_si(text: str) -> UnitToSI:
+    """Read a unit as FMI (``m/s2``), pint (``m/s**2``) or people (``Nm``, ``rad/s^2``, ``N·m``, ``µm``) write it.
+
+    Raises
+    ------
+    InputError
+        If pint does not know the unit, or it means different things to different people.
+    """
+    plain = text.strip()
+    if plain in _AMBIGUOUS:
+        raise InputError(f"unit {plain!r} -- expected one meaning -- write {_AMBIGUOUS[plain]}")
+    registry = _registry()
+    try:
+        if not plain or len(plain) > _LONGEST:
+            raise ValueError("length")
+        unit = registry.parse_units(_pint_text(plain))
+        at_zero, at_one, at_two = (float(registry.Quantity(x, unit).to_base_units().magnitude) for x in (0.0, 1.0, 2.0))
+        if abs(at_two - 2.0 * at_one + at_zero) > 1e-9 * abs(at_one):
+            raise ValueError("logarithmic")
+        _, base = registry.get_base_units(unit)
+    except Exception as unknown:  # pint raises over a dozen types, from tokenising to dimensions
+        raise InputError(
+            f"unit {plain[:_LONGEST]!r} -- expected a unit that pint knows, such as rad, deg, rad/s, N, N.m, mm, ms "
+            "(1 for a pure number) -- correct the unit"
+        ) from unknown
+    exponents = {f"{registry.Unit(name):~}": _real(power) for name, power in base._units.items()}
+    return UnitToSI(
+        si=_coherent(unit) if at_zero == 0.0 else "K",
+        factor=at_one - at_zero,
+        offset=at_zero,
+        base=tuple(sorted(exponents.items())),
+    )
+
+
+def same_quantity(a: str, b: str) -> bool:
+    """Whether two units measure the same sort of quantity, the radian being a base unit."""
+    return unit_to_si(a).base == unit_to_si(b).base
+
+
+@cache
+def _registry() -> UnitRegistry:
+    import pint  # a third of a second: only those who read units pay
+
+    return pint.UnitRegistry()
+
+
+def _pint_text(text: str) -> str:
+    """FMI and typographic forms in pint's notation."""
+    if text in ("-", "1"):
+        return "dimensionless"
+    text = re.sub("[·⋅]", "*", text).replace("^", "**")
+    # pint's own "Nm" is the textile unit number metre, which no rig measures
+    text = re.sub(r"\b([kMmuµμ]?N)(mm|cm|m)\b", r"\1*\2", text)
+    text = re.sub(r"(?<=[A-Za-z\d)°])\.(?=[A-Za-zµμ°(Ω])", "*", text)  # N.m
+    text = re.sub(r"(?<=[A-Za-z])-(?=[A-Za-z])", "*", text)  # N-m
+    return re.sub(r"\b(mm|cm|km|um|m|s|ms|rad|deg|kg|g|A|N|K|V)(-?\d)\b", r"\1**\2", text)  # m/s2
+
+
+def _coherent(unit: Any) -> str:
+    registry = _registry()
+    sorts = _coherent_units()
+    powers: dict[str, float] = {}
+    for name, power in unit._units.items():
+        _, base = registry.get_base_units(name)
+        if not base._units:
+            continue
+        symbol = sorts.get(base._units)
+        parts = {symbol: 1.0} if symbol else {f"{registry.Unit(n):~}": _real(p) for n, p in base._units.items()}
+        for part, exponent in parts.items():
+            powers[part] = powers.get(part, 0.0) + exponent * _real(power)
+    above = [_power(n, p) for n, p in powers.items() if p > 0]
+    below = [_power(n, -p) for n, p in powers.items() if p < 0]
+    top = ".".join(sorted(above, key=_rank)) or "1"
+    if not below:
+        return top
+    bottom = ".".join(sorted(below, key=_rank))
+    return f"{top}/{bottom}" if len(below) == 1 else f"{top}/({bottom})"
+
+
+@cache
+def _coherent_units() -> dict[Any, str]:
+    registry = _registry()
+    sorts: dict[Any, str] = {}
+    for symbol in _COHERENT:
+        _, base = registry.get_base_units(registry.parse_units(symbol))
+        sorts[base._units] = symbol
+    return sorts
+
+
+def _real(power: Any) -> float:
+    return float(power)
+
+
+def _power(name: str, power: float) -> str:
+    return name if power == 1.0 else f"{name}{power:g}"
+
+
+def _rank(text: str) -> tuple[int, str]:
+    name = text.rstrip("0123456789.")
+    return (_COHERENT.index(name) if name in _COHERENT else len(_COHERENT), text)

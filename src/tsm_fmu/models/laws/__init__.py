@@ -1,0 +1,1 @@
+"""Laws that several models share: friction, hysteresis, filters."""

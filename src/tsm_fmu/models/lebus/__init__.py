@@ -1,0 +1,1 @@
+"""What the three LeBus models share: geometry, rig, state, one step of the whole loop."""

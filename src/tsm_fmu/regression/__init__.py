@@ -1,0 +1,1 @@
+"""The regression kit under identification and diagnosis: problem, search, sensitivities, uncertainty."""

@@ -1,0 +1,284 @@
+"""What is fitted to what: runs, channels, free parameters, and the weighted residuals of a table of values.
+
+All parameter values of a problem are one table of shape (runs, parameters), in the order of the kernel's
+``Params``: a shared parameter has the same value in every row, a per-run parameter its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from lmfit import Parameters
+from numpy.typing import NDArray
+
+from ..kernels.kernel import Kernel, compiled_run
+from ..models.contract import InputError, Variable
+from .threads import spread
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+MAX_ROWS = 40_000
+"""Rows of the optimiser's residual; longer data are averaged over blocks (every sample is still simulated)."""
+PARALLEL_ROWS = 50_000
+"""Below so many rows to simulate, threads cost more than they give."""
+PIECE_ROWS = 25_000
+"""Rows simulated in one call, but for longer runs: enough to leave the interpreter's lock alone, few in memory."""
+
+
+@dataclass(frozen=True)
+class FitRun:
+    """One record cut to what a fit needs.
+
+    Attributes
+    ----------
+    name : str
+    time : ndarray, shape (n,)
+        [s], increasing.
+    inputs : ndarray, shape (n, number of kernel inputs)
+    targets : ndarray, shape (n, number of channels)
+        Measured values of the fitted outputs, SI.
+    lead_time, lead_inputs : ndarray, shape (m,) and (m, number of kernel inputs)
+        What was before: simulated, but not compared.
+    """
+
+    name: str
+    time: FloatArray
+    inputs: FloatArray
+    targets: FloatArray
+    lead_time: FloatArray = field(default_factory=lambda: np.empty(0))
+    lead_inputs: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+
+    @cached_property
+    def played(self) -> tuple[FloatArray, FloatArray]:
+        """Time and inputs of all that is simulated."""
+        if not self.lead_time.size:
+            return self.time, self.inputs
+        return np.append(self.lead_time, self.time), np.concatenate([self.lead_inputs, self.inputs])
+
+    def compared_from(self, first: int) -> FitRun:
+        """The same with the samples before ``first`` as what was before."""
+        lead, rest = slice(None, first), slice(first, None)
+        time, inputs, targets = (np.ascontiguousarray(a[rest]) for a in (self.time, self.inputs, self.targets))
+        return FitRun(self.name, time, inputs, targets, self.time[lead], self.inputs[lead])
+
+    def every(self, step: int) -> FitRun:
+        """The same at every so-many-th sample."""
+        parts = ("time", "inputs", "targets", "lead_time", "lead_inputs")
+        return replace(self, **{name: np.ascontiguousarray(getattr(self, name)[::step]) for name in parts})
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Residuals of a kernel against several runs.
+
+    Attributes
+    ----------
+    kernel : Kernel
+    runs : sequence of FitRun
+    channels : tuple of str
+        Names of the fitted outputs, the columns of the targets.
+    parameters : lmfit.Parameters
+        By Python field name: start value, bounds, and whether the parameter varies.
+    per_run : tuple of str
+        Fields that have one value for each run.
+    weights : ndarray, shape (channels,)
+        Factor of each channel's residual, 1/noise; 1/standard deviation by default.
+    """
+
+    kernel: Kernel
+    runs: Sequence[FitRun]
+    channels: tuple[str, ...]
+    parameters: Parameters
+    per_run: tuple[str, ...] = ()
+    weights: FloatArray = field(default_factory=lambda: np.empty(0))
+
+    def __post_init__(self) -> None:
+        if not self.weights.size:
+            spread = np.sqrt(np.mean([r.targets.var(axis=0) for r in self.runs], axis=0))
+            object.__setattr__(self, "weights", 1.0 / np.where(spread > 0.0, spread, 1.0))
+
+    @cached_property
+    def fields(self) -> tuple[str, ...]:
+        return self.kernel.module.Params._fields
+
+    @cached_property
+    def declared(self) -> Mapping[str, Variable]:
+        return {v.field: v for v in self.kernel.parameters}
+
+    @cached_property
+    def shared(self) -> tuple[str, ...]:
+        """Free parameters with one value for all runs."""
+        return tuple(f for f in self.fields if self.parameters[f].vary and f not in self.per_run)
+
+    @cached_property
+    def own(self) -> tuple[str, ...]:
+        """Free parameters with one value for each run."""
+        return tuple(f for f in self.fields if self.parameters[f].vary and f in self.per_run)
+
+    @cached_property
+    def columns(self) -> tuple[int, ...]:
+        """Column of each channel among the kernel's outputs."""
+        names = [v.name for v in self.kernel.outputs]
+        return tuple(names.index(channel) for channel in self.channels)
+
+    @cached_property
+    def block(self) -> int:
+        """Samples averaged into one residual row."""
+        return max(1, -(-sum(r.targets.size for r in self.runs) // MAX_ROWS))
+
+    def with_runs(self, runs: Sequence[FitRun]) -> Problem:
+        return replace(self, runs=runs)
+
+    def reweighted(self, weights: FloatArray) -> Problem:
+        return replace(self, weights=weights)
+
+    def starting_at(self, table: FloatArray) -> Problem:
+        """The same problem with the first row of a table as start values."""
+        parameters = self.parameters.copy()
+        for name, value in zip(self.fields, table[0], strict=True):
+            parameters[name].value = value
+        return replace(self, parameters=parameters)
+
+    def start(self) -> FloatArray:
+        """Table of the start values."""
+        return np.tile([float(self.parameters[f].value) for f in self.fields], (len(self.runs), 1))
+
+    def params(self, row: FloatArray) -> Any:
+        """The kernel's named tuple of one row, integers as integers."""
+        values = row.tolist()
+        for j in self._whole:
+            values[j] = int(values[j])
+        return self.kernel.module.Params._make(values)
+
+    @cached_property
+    def _whole(self) -> list[int]:
+        return [j for j, v in enumerate(self.kernel.parameters) if v.kind is int]
+
+    def refused(self, table: FloatArray) -> bool:
+        """Whether a row of a table violates a bound or a joint condition of the model."""
+        low, high = self._allowed
+        if not ((low <= table) & (table <= high)).all():
+            return True
+        joint = getattr(self.kernel.module, "check", None)
+        if joint is None:
+            return False
+        try:
+            for row in table:
+                joint(self.params(row))
+        except InputError:
+            return True
+        return False
+
+    @cached_property
+    def _allowed(self) -> tuple[FloatArray, FloatArray]:
+        """Least and largest allowed value of each parameter; finite, and inside of a bound that is not allowed."""
+        quantities = [v.quantity for v in self.kernel.parameters]
+        low = [np.nextafter(q.lo, np.inf) if q.open_lo or np.isinf(q.lo) else q.lo for q in quantities]
+        high = [np.nextafter(q.hi, -np.inf) if q.open_hi or np.isinf(q.hi) else q.hi for q in quantities]
+        return np.array(low), np.array(high)
+
+    def violation(self, row: FloatArray) -> str:
+        """What a row violates (a bound or a joint condition of the model), or an empty string."""
+        try:
+            self.kernel.check(self.params(row))
+        except InputError as wrong:
+            return str(wrong)
+        return ""
+
+    def outputs(self, run: int, row: FloatArray) -> FloatArray:
+        """Simulated channels of one run, shape (n, channels); all NaN if the model stops."""
+        return self.every_output(run, row)[:, self.columns]
+
+    def every_output(self, run: int, row: FloatArray) -> FloatArray:
+        """The same of all outputs of the kernel, shape (n, outputs)."""
+        return self.played(run, row)[self.runs[run].lead_time.size :]
+
+    def played(self, run: int, row: FloatArray) -> FloatArray:
+        """The same with what was before, shape (m + n, outputs)."""
+        return self._simulated([(run, row)])[0]
+
+    def outputs_of_all(self, table: FloatArray) -> list[FloatArray]:
+        """Simulated channels of every run at its row of a table."""
+        wanted = list(enumerate(table))
+        return [y for piece in self._pieces(wanted) for y in self._channels(piece)]
+
+    def gaps(self, table: FloatArray) -> list[FloatArray]:
+        """Measured minus simulated channels of every run at its row of a table."""
+        return [run.targets - y for run, y in zip(self.runs, self.outputs_of_all(table), strict=True)]
+
+    def residual(self, run: int, row: FloatArray) -> FloatArray:
+        """Weighted residual of one run, averaged over blocks, channel by channel, shape (rows,)."""
+        return self.residuals([(run, row)])[0]
+
+    def residuals(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+        """Residuals of several (run, row of values), simulated side by side."""
+        pieces = list(self._pieces(wanted))
+        many = sum(self._rows[k] for k, _ in wanted) >= PARALLEL_ROWS
+        found = spread(self._residuals, pieces) if many else map(self._residuals, pieces)
+        return [residual for piece in found for residual in piece]
+
+    def _residuals(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+        simulated = zip(wanted, self._channels(wanted), strict=True)
+        return [self.condensed((y - self.runs[k].targets) * self.weights) for (k, _), y in simulated]
+
+    def _channels(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+        simulated = zip(wanted, self._simulated(wanted), strict=True)
+        return [y[self.runs[k].lead_time.size :, self.columns] for (k, _), y in simulated]
+
+    def _pieces(self, wanted: Sequence[tuple[int, FloatArray]]) -> Iterator[list[tuple[int, FloatArray]]]:
+        """The same in parts of about `PIECE_ROWS` rows to simulate."""
+        piece, rows = [], 0
+        for k, row in wanted:
+            piece.append((k, row))
+            rows += self._rows[k]
+            if rows >= PIECE_ROWS:
+                yield piece
+                piece, rows = [], 0
+        if piece:
+            yield piece
+
+    @cached_property
+    def _rows(self) -> list[int]:
+        """Rows to simulate of each run."""
+        return [run.lead_time.size + run.time.size for run in self.runs]
+
+    def _simulated(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+        """All outputs of several (run, row of values), with what was before; of one where the model stops only NaN."""
+        used = sorted({k for k, _ in wanted})
+        times, all_inputs = zip(*(self.runs[k].played for k in used), strict=True)
+        time, inputs = (
+            (times[0], all_inputs[0]) if len(used) == 1 else (np.concatenate(times), np.concatenate(all_inputs))
+        )
+        first = dict(zip(used, np.cumsum([0, *(t.size for t in times)]).tolist(), strict=False))
+        table = np.array([row for _, row in wanted])
+        to = np.cumsum([0, *(self._rows[k] for k, _ in wanted)], dtype=np.int64)
+        spans = np.array([(first[k], first[k] + self._rows[k], at) for (k, _), at in zip(wanted, to, strict=False)])
+        y, at = np.empty((to[-1], len(self.kernel.outputs))), np.zeros(1, dtype=np.int64)
+        while at[0] < len(wanted):
+            try:
+                compiled_run(self.kernel.module)(table, spans, time, inputs, y, at)
+                break
+            except (ValueError, ArithmeticError):
+                y[to[at[0]] : to[at[0] + 1]] = np.nan
+                at[0] += 1
+        return [y[a:b] for a, b in pairwise(to.tolist())]
+
+    def condensed(self, samples: FloatArray) -> FloatArray:
+        """Block means times the root of the block length: a constant keeps its sum of squares."""
+        if self.block == 1:
+            return samples.ravel(order="F")
+        edges, roots = _blocks(samples.shape[0], self.block)
+        return np.concatenate([np.add.reduceat(channel, edges) / roots for channel in samples.T])
+
+
+@cache
+def _blocks(rows: int, block: int) -> tuple[NDArray[np.int64], FloatArray]:
+    """First row of each block, and the root of its length."""
+    edges = np.arange(0, rows, block)
+    return edges, np.sqrt(np.diff(np.append(edges, rows)).astype(np.float64))

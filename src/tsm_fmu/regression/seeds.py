@@ -1,0 +1,86 @@
+"""Where to start: the preset, the scales that the data give by their dimensions, and draws around both.
+
+A parameter in N.m/rad starts near (torque of these runs) / (angle of these runs), one in 1/rad near the inverse
+of the stroke, one in s near the time that the motion takes: physical seeds for any model, from its units.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.stats import qmc
+
+from ..logs.units import unit_to_si
+from .coordinates import Coordinates
+from .problem import FloatArray, Problem
+
+SPREAD = math.log(30.0)
+"""Draws lie within this factor (in the logarithm) of a physical scale or of the preset."""
+
+
+def dimensional_scales(problem: Problem) -> dict[str, float]:
+    """Size that each parameter's unit suggests, from the RMS of inputs, measured channels and input rates."""
+    rows: list[dict[str, float]] = []
+    sizes: list[float] = []
+
+    def observe(unit: str, size: float, per_second: float = 0.0) -> None:
+        if size > 0.0:
+            base = dict(unit_to_si(unit).base)
+            base["s"] = base.get("s", 0.0) - per_second
+            rows.append(base)
+            sizes.append(math.log(size))
+
+    units = {v.name: v.quantity.unit for v in (*problem.kernel.inputs, *problem.kernel.outputs)}
+    for j, variable in enumerate(problem.kernel.inputs):
+        observe(variable.quantity.unit, _rms([r.inputs[:, j] for r in problem.runs]))
+        rates = [np.gradient(r.inputs[:, j], r.time) for r in problem.runs if r.time.size > 1]
+        observe(variable.quantity.unit, _rms(rates, centred=False), per_second=1.0)
+    for j, channel in enumerate(problem.channels):
+        observe(units[channel], _rms([r.targets[:, j] for r in problem.runs]))
+    symbols = sorted({s for row in rows for s in row})
+    matrix = np.array([[row.get(s, 0.0) for s in symbols] for row in rows])
+    logs = dict(zip(symbols, np.linalg.lstsq(matrix, np.array(sizes), rcond=None)[0], strict=True)) if rows else {}
+    return {
+        f: math.exp(sum(power * logs.get(s, 0.0) for s, power in unit_to_si(v.quantity.unit).base))
+        for f, v in problem.declared.items()
+    }
+
+
+def starts(problem: Problem, coordinates: Coordinates, count: int, seed: int) -> list[FloatArray]:
+    """Points to try first, in the search's coordinates: the given start, the dimensional scales, then Sobol draws.
+
+    Parameters
+    ----------
+    problem : Problem
+    coordinates : Coordinates
+    count : int
+        How many draws at least; the next power of two is taken.
+    seed : int
+
+    Returns
+    -------
+    list of ndarray, shape (axes,)
+    """
+    scales = dimensional_scales(problem)
+    given = coordinates.of(coordinates.anchor)
+    physical = given.copy()
+    for i, axis in enumerate(coordinates.axes):
+        if axis.run is None:
+            physical[i] = axis.q(math.copysign(scales[axis.field], axis.sign or axis.centre or 1.0))
+    dimensions = len(coordinates.axes)
+    if dimensions == 0:
+        return [given]
+    lo, hi = coordinates.lo + 1e-6, coordinates.hi - 1e-6
+    draws = 2.0 * qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random_base2(math.ceil(math.log2(count))) - 1.0
+    points = [given, np.clip(physical, lo, hi)]
+    for n, draw in enumerate(draws):
+        around = points[n % 2]
+        reach = np.where([bool(axis.sign) for axis in coordinates.axes], SPREAD, np.maximum(1.0, abs(around)))
+        points.append(np.clip(around + reach * draw, lo, hi))
+    return points
+
+
+def _rms(samples: list[FloatArray], centred: bool = True) -> float:
+    values = np.concatenate(samples)
+    return float(np.sqrt(np.mean((values - values.mean() * centred) ** 2)))

@@ -1,0 +1,121 @@
+"""What a fit is asked: which parameters vary from where, which have one value a run, which channels count."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+from lmfit import Parameters
+
+from ..card import ModelCard
+from ..kernels.kernel import Kernel, kernel
+from ..logs.record import Record
+from ..models.contract import InputError, with_unit
+from .problem import FitRun
+
+
+def fit_parameters(
+    model: Kernel,
+    preset: str | None = None,
+    values: Mapping[str, float] | None = None,
+    fixed: Collection[str] = (),
+    card: ModelCard | None = None,
+) -> Parameters:
+    """Parameters of a fit as lmfit keeps them, by the field names of the kernel's ``Params``, in SI.
+
+    Integer parameters (switches, counts) do not vary. Bounds are those of the model, or of the card where it
+    has narrower ones; the caller may change ``vary``, ``min`` and ``max`` before the fit.
+
+    Parameters
+    ----------
+    model : Kernel
+    preset : str, optional
+        Parameter set to start from.
+    values : mapping of str to float, optional
+        Start values by public name.
+    fixed : collection of str
+        Public names of parameters that stay at their value.
+    card : ModelCard, optional
+        Start values, bounds and fixed flags of an earlier fit.
+
+    Returns
+    -------
+    lmfit.Parameters
+
+    Raises
+    ------
+    InputError
+        Unknown name, a start value out of bounds or against a joint condition, or nothing left to fit.
+    """
+    held = {name: p for name, p in card.parameters.items()} if card else {}
+    start = model.params(preset, {**{name: p.value for name, p in held.items()}, **(values or {})})
+    known = [v.name for v in model.parameters]
+    for name in fixed:
+        if name not in known:
+            raise InputError(
+                f"--fix {name} of {model.name} -- expected one of {', '.join(known)} -- see 'tsm-fmu list'"
+            )
+    result = Parameters()
+    for variable, value in zip(model.parameters, start, strict=True):
+        name, quantity, earlier = variable.name, variable.quantity, held.get(variable.name)
+        lo = max(quantity.lo, earlier.lo if earlier else -math.inf)
+        hi = min(quantity.hi, earlier.hi if earlier else math.inf)
+        if not lo <= value <= hi:
+            raise InputError(
+                f"start value {name} = {with_unit(repr(value), quantity.unit)} -- expected a value in the bounds "
+                f"[{lo:g}, {hi:g}] of the card -- change one of them"
+            )
+        vary = variable.kind is float and name not in fixed and not (earlier and earlier.fixed) and lo < hi
+        result.add(variable.field, value=float(value), vary=vary, min=lo, max=hi)
+    if not any(p.vary for p in result.values()):
+        raise InputError(f"no parameter of {model.name} is left to fit -- expected at least one -- drop a --fix")
+    return result
+
+
+def per_run_fields(model: Kernel, shared: Collection[str] = (), offsets: Collection[str] = ()) -> tuple[str, ...]:
+    """Fields that have one value a run: offsets and initial states, the model's ``OFFSETS`` and ``INITIAL``.
+
+    Parameters
+    ----------
+    model : Kernel
+    shared : collection of str
+        Public names that are to have one value for all runs all the same.
+    offsets : collection of str
+        Further public names with one value a run, from `nuisance.with_nuisance`.
+    """
+    module = kernel(model.name).module
+    declared = (*getattr(module, "OFFSETS", ()), *getattr(module, "INITIAL", ()), *offsets)
+    for name in shared:
+        if name not in declared:
+            raise InputError(
+                f"--shared {name} of {model.name} -- expected one of {', '.join(declared) or '(none)'}: only these "
+                "have a value for each run -- drop it"
+            )
+    return tuple(v.field for v in model.parameters if v.name in declared and v.name not in shared)
+
+
+def measured_channels(model: Kernel, records: Sequence[Record]) -> tuple[str, ...]:
+    """Outputs of the model that every record has.
+
+    Raises
+    ------
+    InputError
+        If there is none, with what the records have.
+    """
+    common = set.intersection(*(set(record.columns) for record in records))
+    found = tuple(v.name for v in model.outputs if v.name in common)
+    if not found:
+        raise InputError(
+            f"the runs have {', '.join(sorted(common)) or 'only time'} in common and no output of {model.name} -- "
+            f"expected one of {', '.join(v.name for v in model.outputs)} -- rename one with --map LOG=NAME"
+        )
+    return found
+
+
+def fit_run(model: Kernel, record: Record, channels: Sequence[str], cutoff: float | None = None) -> FitRun:
+    """The inputs and the measured channels of a record."""
+    units = {v.name: v.quantity.unit for v in model.outputs}
+    targets = np.column_stack([record.require(name, units[name]) for name in channels])
+    inputs = np.ascontiguousarray(record.inputs_for(model, cutoff))
+    return FitRun(record.name, np.ascontiguousarray(record.time), inputs, np.ascontiguousarray(targets))

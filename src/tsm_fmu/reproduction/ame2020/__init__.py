@@ -1,0 +1,1 @@
+"""Jia et al., Adv. Mech. Eng. 2020: LeBus winding and transmission."""

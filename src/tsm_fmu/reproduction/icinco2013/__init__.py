@@ -1,0 +1,1 @@
+"""Do et al., ICINCO 2013: Dahl-like friction."""

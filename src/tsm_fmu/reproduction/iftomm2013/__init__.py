@@ -1,0 +1,1 @@
+"""Do et al., IFToMM ISRM 2013: Bouc-Wen-like friction."""

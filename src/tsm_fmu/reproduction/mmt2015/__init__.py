@@ -1,0 +1,1 @@
+"""Do et al., Mech. Mach. Theory 85 (2015): modified LuGre friction."""

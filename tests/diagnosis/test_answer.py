@@ -1,0 +1,177 @@
+"""The sentence on top of the report, for each verdict, from numbers made up here."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from tsm_fmu.diagnosis.choice.excitation import EXCITATION, words
+from tsm_fmu.diagnosis.report.sentence import answer, best_wrong, leading_channel, place_text
+from tsm_fmu.diagnosis.report.write import Gap
+from tsm_fmu.diagnosis.residual.formula import Formula, Hint
+from tsm_fmu.diagnosis.residual.locate import Place
+from tsm_fmu.diagnosis.runs.gate import Gate
+from tsm_fmu.diagnosis.workflow import Diagnosis
+from tsm_fmu.effects import EFFECTS
+
+AFTER = Place("tau_in", "distance since reversal", "rad", (0.001, 0.1396), 0.714, 0.22, 0.6, 0.05, 1e-6, True)
+BAND = Place("tau_in", "frequency", "Hz", (0.2, 0.8), 0.95, 0.4, 0.7, 0.05, 1e-6, True)
+WEAK = Place("tau_in", "load", "N.m", (0.1, 0.2), 0.99, 0.5, 0.12, 0.08, 1e-3, True)
+
+
+def gap(**changes: Any) -> dict[str, Gap]:
+    values: dict[str, Any] = {
+        "unit": "N.m", "before": 0.0131, "after": 0.0024, "holdout_before": 0.0121, "holdout_after": 0.0023,
+        "floor": 0.0019, "floor_least": 0.0019, "closure": 0.93, "closure_least": 0.93,
+        "closure_interval": None, "refitted": 0.0122, "holdout_refitted": 0.0120,
+        "fmu": None,
+    }  # fmt: skip
+    quiet = Gap("rad", 0.003, 0.003, 0.0031, 0.0031, 0.003, 0.003, None, None, None, 0.003, 0.0031, None)
+    return {"x_out": quiet, "tau_in": Gap(**{**values, **changes})}
+
+
+def found(verdict: str, **more: Any) -> Diagnosis:
+    values: dict[str, Any] = {
+        "effects": (), "equivalent": (), "not_excited": (), "candidates": (), "where": (WEAK, BAND, AFTER),
+        "gate": Gate((), ()), "channels": ("x_out", "tau_in"),
+    }  # fmt: skip
+    return Diagnosis(verdict, **{**values, **more})
+
+
+def candidate(spec: str, closure: float, rmse: float = 1.0) -> Any:
+    fitted = SimpleNamespace(rmse=rmse, spread=1.0)
+    return SimpleNamespace(spec=spec, effect=spec.partition("@")[0], closure_measured=closure, fitted=fitted)
+
+
+def test_named_is_the_sentence_of_the_specification() -> None:
+    said = answer(found("named", effects=("load_dependence",)), gap())
+    assert said == (
+        "71 % of the disagreement of tau_in lies within 8 deg after reversals (22 % of the samples); load-dependent "
+        "friction explains 93 % of it; held-out error of tau_in 12.1 -> 2.3 mN.m, floor 1.9 mN.m."
+    )
+
+
+def test_a_floor_that_is_what_the_best_model_leaves_is_a_range() -> None:
+    said = answer(found("named", effects=("load_dependence",), where=()), gap(floor_least=0.0004, closure_least=0.887))
+    assert said == (
+        "Load-dependent friction explains 89 to 93 % of the disagreement of tau_in; held-out error of tau_in "
+        "12.1 -> 2.3 mN.m, floor 0.4 to 1.9 mN.m."
+    )
+    said = answer(
+        found("named", effects=("inertia",), where=()), gap(floor_least=0.0004, closure=1.0, closure_least=0.6)
+    )
+    assert said.startswith("Inertia explains 60 % to all of the disagreement of tau_in; ")
+
+
+def test_two_names_without_a_place_and_what_the_refit_did() -> None:
+    said = answer(found("named", effects=("inertia", "backlash@x_out"), where=()), gap(holdout_refitted=0.0071))
+    assert said == (
+        "Inertia and backlash in x_out explain 93 % of the disagreement of tau_in; held-out error of tau_in "
+        "12.1 -> 2.3 mN.m (7.1 by a refit alone), floor 1.9 mN.m."
+    )
+
+
+def test_without_held_out_runs_the_measured_ones_count() -> None:
+    said = answer(found("none", where=()), gap(holdout_before=None, holdout_after=None, holdout_refitted=None))
+    assert said == (
+        "Nothing is missing: no gap above the floor. Error of tau_in 13.1 -> 2.4 mN.m (12.2 by a refit alone), floor "
+        "1.9 mN.m."
+    )
+
+
+def test_a_gap_above_the_floor_that_is_the_form_is_not_said_to_be_below_it() -> None:
+    said = answer(found("none"), gap(holdout_before=0.0031, holdout_after=0.0031, holdout_refitted=0.003))
+    assert said.startswith("Nothing is missing: the gap is within the form of any friction model. Held-out error")
+
+
+def test_effects_that_close_nothing_on_held_out_runs_have_no_share() -> None:
+    said = answer(found("named", effects=("inertia",), where=()), gap(closure=-0.2, closure_least=-0.1))
+    assert said.startswith("Missing: inertia; held-out error")
+    said = answer(found("named", effects=("inertia",), where=()), gap(closure=0.4, closure_least=-0.1))
+    assert said.startswith("Inertia explains 0 to 40 % of the disagreement")
+
+
+def test_ambiguous_names_all_and_says_what_to_do() -> None:
+    rivals = (candidate("delay@x_out", 0.88), candidate("sensor_lag@x_out", 0.87))
+    said = answer(found("ambiguous", equivalent=(("delay", "sensor_lag"),), candidates=rivals), gap())
+    assert (
+        "a delay or a lag of the sensor explains 88 % of it, these runs cannot tell which: play the next experiment"
+        in said
+    )
+
+
+def test_unknown_gives_the_formula_and_says_that_it_is_no_name() -> None:
+    formula = Formula((("v", 0.0021, "N.m/(rad/s)"),), "2.1 mN.m/(rad/s) v", 0.64, 1e-4)
+    said = answer(
+        found("unknown", candidates=(candidate("stribeck", 0.31),)), gap(), [Hint("tau_in", "N.m", (), formula)]
+    )
+    assert "no effect of the library explains it well enough (the best, Stribeck friction, 31 %)" in said
+    assert said.endswith("What predicts 64 % of it, not a name: tau_in lacks 2.1 mN.m/(rad/s) v.")
+
+
+def test_parameters_and_refusal() -> None:
+    assert answer(found("parameters"), gap()).startswith(
+        "Nothing is missing: other parameter values close the gap. Held-out"
+    )
+    refused = found("not_excited", gate=Gate((), ("x_in does not move in any run",)))
+    assert answer(refused, {}) == "No answer from these runs: x_in does not move in any run."
+    assert answer(found("not_excited"), gap()).startswith(
+        "No answer from these runs: no effect that could explain it shows"
+    )
+
+
+def test_the_channel_is_the_one_that_was_closed() -> None:
+    assert leading_channel(found("named", effects=("inertia",)), gap()) == "tau_in"
+    both = gap()
+    # the larger gap, not closed
+    both["x_out"] = Gap(
+        "rad", 0.5, 0.5, None, None, 0.003, 0.003, 0.0, 0.0, None, 0.5, None, None
+    )  # the larger gap, not closed
+    assert leading_channel(found("named", effects=("inertia",)), both) == "tau_in"
+    assert leading_channel(found("unknown"), both) == "x_out"
+    assert leading_channel(found("unknown"), {}) is None
+
+
+@pytest.mark.parametrize(
+    ("coordinate", "unit", "ends", "text"),
+    [
+        ("distance since reversal", "m", (0.0101, 0.0202), "from 10 mm to 20 mm after reversals"),
+        ("distance since reversal", "m", (0.0101, 0.0101), "about 10 mm after reversals"),
+        ("v", "rad/s", (-0.0201, 0.0199), "at speeds below 1.2 deg/s"),
+        ("v", "m/s", (0.3, 3.21), "at speeds from 0.3 m/s to 3.2 m/s"),
+        ("sgn v", "1", (-1.0, -1.0), "on the way back"),
+        ("sgn v", "1", (0.0, 0.0), "at rest"),
+        ("sgn v", "1", (0.0, 1.0), "on the way forth"),
+        ("harmonic 2", "Hz", (0.83, 0.83), "at the second harmonic of the motion (0.83 Hz)"),
+        ("even harmonics", "Hz", (0.83, 4.2), "at even harmonics of the motion"),
+        ("time", "s", (0.0, 4.94), "between 0 s and 4.9 s of a run"),
+        ("load", "N", (-12.0, 3.3), "at loads from -12 N to 3 N"),
+        ("x", "rad", (1e-9, 0.5), "at positions from 0 deg to 29 deg"),
+        ("x", "rad", (2.2, 2.34), "at positions from 126 deg to 134 deg"),
+        ("load", "N", (1.71, 1.71), "at loads of about 1.7 N"),
+        ("dwell", "s", (0.02, 0.02), "after rests of about 0.02 s"),
+        ("time", "s", (4.0, 4.0), "at about 4 s of a run"),
+        ("frequency", "Hz", (0.83, 0.83), "at about 0.83 Hz, in step with the motion"),
+    ],
+)  # fmt: skip
+def test_places_in_words(coordinate: str, unit: str, ends: tuple[float, float], text: str) -> None:
+    assert place_text(Place("F", coordinate, unit, ends, 0.5, 0.1, 0.5, 0.1, 0.01, True)) == text
+
+
+def test_best_wrong_is_none_of_the_answer() -> None:
+    listed = (candidate("inertia", 0.9, 0.2), candidate("creep@x_out", 0.5, 0.6), candidate("delay@x_out", 0.4, 0.5))
+    wrong = best_wrong(found("named", effects=("inertia",), candidates=listed))
+    assert wrong is listed[2]
+    assert best_wrong(found("unknown", candidates=listed)) is None
+    assert best_wrong(found("ambiguous", equivalent=(("inertia", "delay"),), candidates=listed)) is listed[1]
+
+
+def test_every_effect_has_words_and_a_motion_that_shows_it() -> None:
+    assert set(EXCITATION) == {m.NAME for m in EFFECTS}
+    assert len({e.words for e in EXCITATION.values()}) == len(EXCITATION)
+    for e in EXCITATION.values():
+        assert len(e.shown_by.split()) >= 4
+        assert "_" not in e.words
+    assert words("backlash@x_out") == "backlash in x_out"

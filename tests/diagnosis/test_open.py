@@ -1,0 +1,197 @@
+"""What is left to explain: laws and wandering against noise of instruments, reference runs, few levels, clipping."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from tsm_fmu.diagnosis.choice.floors import REFERENCE, floors_of, open_channels
+from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, hypothesis
+from tsm_fmu.diagnosis.choice.supported import Choice
+from tsm_fmu.diagnosis.fits.quantised import coarse, with_levels
+from tsm_fmu.diagnosis.fits.refit import Fitted, Task, as_given
+from tsm_fmu.diagnosis.runs.gate import gate
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.record import Record
+from tsm_fmu.regression.problem import FitRun, FloatArray
+
+DT = 0.01
+MODEL = {"sigma0": 109.0, "sigma1": 0.0, "sigma2": 0.117, "F_c": 0.73, "F_s": 0.73, "v_s": 0.3}
+
+Rig = Callable[..., FitRun]
+Left = Callable[[FitRun, np.random.Generator], FloatArray]
+
+
+def coloured(n: int, colour: float, rng: np.random.Generator) -> FloatArray:
+    """First-order noise of unit RMS."""
+    return np.asarray(lfilter([np.sqrt(1.0 - colour**2)], [1.0, -colour], rng.normal(size=n + 300)))[300:]
+
+
+def white(size: float) -> Left:
+    return lambda run, rng: size * rng.normal(size=run.time.size)
+
+
+@pytest.fixture(scope="session")
+def leaving(rig: Rig) -> Callable[[Left], Fitted]:
+    """A fit whose residual is what is asked for, in parts of the spread: a model plus that is the measurement."""
+    base = as_given(Task("LuGreFriction", [rig(61), rig(62)], ("F",), MODEL), ())
+
+    def fit(left: Left) -> Fitted:
+        rng = np.random.default_rng(63)
+        runs = [
+            replace(run, targets=run.targets - r + base.spread * left(run, rng)[:, None])
+            for run, r in zip(base.problem.runs, base.residuals, strict=True)
+        ]
+        return base.at(runs)
+
+    return fit
+
+
+def bare(fitted: Fitted, *added: str) -> Hypothesis:
+    return hypothesis(added, fitted, (), [])
+
+
+def open_(fitted: Fitted, base: Fitted | None = None, calm: Fitted | None = None) -> bool:
+    return bool(open_channels(bare(fitted), base or fitted, calm)[0])
+
+
+def dip(size: float) -> Left:
+    """An excess at low speed, with noise of 2 %."""
+    return lambda run, rng: (
+        size * np.sign(run.inputs[:, 0]) * np.exp(-((run.inputs[:, 0] / 0.29) ** 2)) + white(0.02)(run, rng)
+    )
+
+
+def test_a_law_is_open_where_it_matters(leaving: Callable[[Left], Fitted]) -> None:
+    assert open_(leaving(dip(0.07)))
+    assert not open_(leaving(dip(0.012)))
+
+
+def test_part_of_what_was_removed_may_be_left_as_a_law(leaving: Callable[[Left], Fitted]) -> None:
+    left = leaving(dip(0.07))
+    assert not open_(left, base=leaving(white(0.41)))
+
+
+@pytest.mark.parametrize(("size", "colour"), [(0.05, 0.0), (0.02, 0.6), (0.011, 0.95)])
+def test_noise_of_instruments_is_not_open(leaving: Callable[[Left], Fitted], size: float, colour: float) -> None:
+    assert not open_(leaving(lambda run, rng: size * coloured(run.time.size, colour, rng)))
+
+
+def test_what_wanders_far_is_no_noise_of_an_instrument(leaving: Callable[[Left], Fitted]) -> None:
+    def wandering(run: FitRun, rng: np.random.Generator) -> FloatArray:
+        return 0.05 * coloured(run.time.size, 0.97, rng)
+
+    far = leaving(wandering)
+    assert open_(far)
+    assert not open_channels(bare(far), far, None, ["F"]).any()  # between two levels anything wanders
+
+
+def test_a_gap_as_on_reference_runs_is_the_form_of_the_model(leaving: Callable[[Left], Fitted]) -> None:
+    left = leaving(dip(0.07))
+    assert not open_(left, calm=leaving(dip(0.07)))
+    assert not open_(left, calm=leaving(white(float(left.rmse[0] / left.spread[0]) / REFERENCE * 1.02)))
+    assert open_(left, calm=leaving(dip(0.02)))
+    assert open_(leaving(white(0.09)), calm=leaving(white(0.02)))  # more than there, though it is no law
+
+
+def test_floors_are_the_noise_below_a_law(leaving: Callable[[Left], Fitted]) -> None:
+    left, quiet = leaving(dip(0.07)), leaving(dip(0.001))
+    floors = floors_of(Choice(bare(left), (bare(left),)), left, quiet)
+    assert floors.noise[0] / left.spread[0] == pytest.approx(0.02, rel=0.15)
+    assert floors.noise[0] < 0.8 * left.rmse[0]
+    assert floors.reference == pytest.approx(quiet.rmse)
+    assert floors.unexplained.all()
+    mostly = floors_of(Choice(bare(left, "inertia"), (bare(left, "inertia"),)), leaving(white(0.15)), None)
+    assert not mostly.unexplained.any()
+    hardly = floors_of(Choice(bare(left, "inertia"), (bare(left, "inertia"),)), leaving(dip(0.08)), None)
+    assert hardly.unexplained.all()
+
+
+def rounded(q: float) -> Callable[[FloatArray], FloatArray]:
+    return lambda y: q * np.round(y / q)
+
+
+def truncated(q: float) -> Callable[[FloatArray], FloatArray]:
+    return lambda y: q * (np.floor(y / q) + 0.5)
+
+
+def converted(run: FitRun, converter: Callable[[FloatArray], FloatArray], digits: int = 17) -> FitRun:
+    """The log of a converter, as text with so many digits."""
+    y = converter(run.targets)
+    return replace(run, targets=np.array([[float(f"{value:.{digits}g}")] for value in y[:, 0]]))
+
+
+@pytest.mark.parametrize("digits", [17, 8, 6])
+@pytest.mark.parametrize(("converter", "offset"), [(rounded, 0.0), (truncated, 0.5)])
+def test_levels_are_read_from_the_log(rig: Rig, converter: Callable, offset: float, digits: int) -> None:
+    q = 0.0731
+    runs = [converted(rig(seed), converter(q), digits) for seed in (64, 65)]
+    (found,) = coarse(runs, ["F"], np.array([0.7]))
+    assert found.q == pytest.approx(q, rel=1e-4)
+    level = (found.y_0 / found.q - offset + 0.5) % 1.0 - 0.5
+    assert level == pytest.approx(0.0, abs=1e-3)
+    assert found.spec == "quantisation@F"
+
+
+def test_no_levels_where_there_are_none_or_they_do_no_harm(rig: Rig) -> None:
+    plain = [rig(66), rig(67)]
+    assert coarse(plain, ["F"], np.array([0.7])) == []
+    assert coarse([converted(run, lambda y: y, 5) for run in plain], ["F"], np.array([0.7])) == []
+    assert coarse([converted(run, rounded(0.0031)) for run in plain], ["F"], np.array([0.7])) == []
+
+
+def test_a_fit_with_levels_stands_on_them_and_changes_nothing_else(rig: Rig) -> None:
+    runs = [converted(rig(seed, noise=0.0), truncated(0.0731)) for seed in (68, 69)]
+    before = as_given(Task("LuGreFriction", runs, ("F",), MODEL), ())
+    after = with_levels(before, coarse(runs, ["F"], before.spread))
+    assert after.effects == ("quantisation@F",)
+    assert {n: after.values[n] for n in before.values} == before.values
+    for k, row in enumerate(after.table):
+        steps = (after.problem.outputs(k, row)[:, 0] - after.values["F.quantisation.y_0"]) / after.values[
+            "F.quantisation.q"
+        ]
+        assert np.abs(steps - np.round(steps)).max() < 1e-9
+    assert after.rmse[0] < 0.75 * before.rmse[0]
+
+
+def said(y: FloatArray, run: FitRun) -> tuple[str, ...]:
+    record = Record("one", run.time, {"v": run.inputs[:, 0], "F": y}, {"v": "m/s", "F": "N"})
+    return gate([record], kernel("LuGreFriction"), ["F"]).refused
+
+
+def test_clipping_is_refused_and_a_coarse_converter_is_not(rig: Rig) -> None:
+    run = rig(70)
+    y = run.targets[:, 0]
+    assert said(y, run) == ()
+    assert said(rounded(0.37)(y), run) == ()
+    limit = 0.6 * np.abs(y).max()
+    why = said(np.clip(y, -limit, limit), run)
+    assert why
+    assert all(text.startswith("one: F") and "limit" in text for text in why)
+    stuck = np.where(run.time > 0.05 * run.time[-1], y[10], y)
+    assert said(stuck, run)
+
+
+def test_a_run_of_a_few_samples_is_refused(rig: Rig) -> None:
+    run = rig(71, rows=150)
+    assert "one has 150 samples, 200 or more are needed" in said(run.targets[:, 0], run)
+
+
+def test_what_one_run_does_not_cover_is_noted_where_it_is_the_only_one() -> None:
+    """Several runs may show together, at two frequencies or loads, what none shows alone."""
+
+    def notes(*frequencies: float) -> tuple[str, ...]:
+        t = np.arange(2000) * DT
+        records = []
+        for f in frequencies:
+            x = 0.83 * np.sin(2.0 * np.pi * f * t)
+            columns = {"x_in": x, "x_out": 0.9 * x}
+            records.append(Record(f"at {f}", t, columns, dict.fromkeys(columns, "rad")))
+        return gate(records, kernel("PairedTsmBacklash"), ["x_out"]).notes
+
+    assert any("one frequency only" in text for text in notes(0.31))
+    assert not any("one frequency only" in text for text in notes(0.31, 0.93))

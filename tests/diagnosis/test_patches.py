@@ -1,0 +1,97 @@
+"""Where something is left that is no noise, what removes less than that is no effect; the shape of friction is form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, hypothesis
+from tsm_fmu.diagnosis.choice.patches import without_patches
+from tsm_fmu.diagnosis.choice.supported import Choice
+from tsm_fmu.diagnosis.fits.nuisance import SHAPE, earned, freed, freedoms
+from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
+from tsm_fmu.regression.problem import FitRun
+
+Rig = Callable[..., FitRun]
+Shape = Callable[[np.ndarray], np.ndarray]
+ONE = np.ones(1)
+
+
+def made(added: Sequence[str], left: Sequence[float], material: dict[str, float] | None = None) -> Hypothesis:
+    """A hypothesis that leaves these mean squares, of channels that spread by 1."""
+
+    class Left:
+        task = Task("LuGreFriction", [], ("F",), {})
+        effects = (*added, *(material or ()))
+        spread = np.ones(len(left))
+        rmse = np.sqrt(left)
+
+    fitted = cast("Fitted", Left())
+    weighed = {spec: (removed, fitted) for spec, removed in (material or {}).items()}
+    square = (np.array(left), None, 50.0 * ONE, ONE)
+    return Hypothesis(tuple(added), fitted, tuple(weighed), *square, weighed=dict(weighed))
+
+
+def test_an_effect_that_removes_less_than_is_left_is_a_patch() -> None:
+    alone, other = made(["inertia"], [0.0031]), made(["creep"], [0.0057])
+    both = made(["inertia", "creep"], [0.0019])
+    choice = without_patches(Choice(both, (both,)), [alone, other, both], np.array([True]), [])
+    assert choice is not None
+    assert choice.winner.effects == ("inertia",)
+    assert choice.winner.fitted is alone.fitted
+
+
+def test_two_effects_that_both_remove_more_than_is_left_stay() -> None:
+    both = made(["inertia", "creep"], [0.0009])
+    every = [made(["inertia"], [0.0031]), made(["creep"], [0.0057]), both]
+    choice = without_patches(Choice(both, (both,)), every, np.array([True]), [])
+    assert choice is not None
+    assert choice.winner is both
+
+
+def test_what_acts_on_a_channel_where_nothing_is_left_stays() -> None:
+    both = made(["inertia", "backlash@x_out"], [0.0019, 0.0002])
+    every = [made(["inertia"], [0.0019, 0.0017]), made(["backlash@x_out"], [0.0091, 0.0002]), both]
+    choice = without_patches(Choice(both, (both,)), every, np.array([True, False]), [])
+    assert choice is not None
+    assert choice.winner is both
+
+
+def test_where_no_effect_removes_more_than_is_left_none_is_named() -> None:
+    one = made(["creep"], [0.0031], {"sensor_lag@F": 0.03})
+    assert without_patches(Choice(one, (one,)), [made([], [0.0043]), one], np.array([True]), []) is None
+    strong = made(["creep"], [0.0031], {"sensor_lag@F": 0.03})
+    choice = without_patches(Choice(strong, (strong,)), [made([], [0.0049]), strong], np.array([True]), [])
+    assert choice is not None
+    assert choice.winner.effects == ("creep",)  # half of what is left is enough for the one that removes most
+
+
+def test_a_freedom_that_is_a_patch_is_form() -> None:
+    one = made(["inertia"], [0.0031], {"sensor_lag@F": 0.03})
+    choice = without_patches(Choice(one, (one,)), [made([], [0.0099]), one], np.array([True]), [])
+    assert choice is not None
+    assert choice.winner.form == ("sensor_lag@F",)
+
+
+def shaped(rig: Rig, known: dict[str, float], hyperbola: Shape, reference: bool) -> Hypothesis:
+    """Friction whose shape after a reversal is another one than the model's, with or without reference runs."""
+    runs = [rig(seed, presliding=hyperbola, pace=0.05, rows=2600) for seed in (61, 62)]
+    base = refit(Task("LuGreFriction", runs, ("F",), known), (), {})
+    free = freedoms("LuGreFriction", ("F",), ())
+    if reference:
+        calm = [rig(seed, presliding=hyperbola, pace=0.05, rows=2600) for seed in (63, 64)]
+        there = freed(refit(Task("LuGreFriction", calm, ("F",), known), (), {}), free)
+        base = replace(base, task=replace(base.task, form=there.rmse, earned=earned(there, free)))
+    return hypothesis((), freed(base, free), free, [])
+
+
+@pytest.mark.parametrize("reference", [False, True])
+def test_the_shape_after_a_reversal_is_an_effect_only_if_it_is_much_and_reference_runs_have_it_not(
+    rig: Rig, known: dict[str, float], hyperbola: Shape, reference: bool
+) -> None:
+    found = shaped(rig, known, hyperbola, reference)
+    assert (found.material.get("presliding_shape", 0.0) > SHAPE) is not reference

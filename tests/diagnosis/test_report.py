@@ -1,0 +1,170 @@
+"""The report of a real diagnosis, drawn by a browser without a network at the width of a phone."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tsm_fmu.card import read_card
+from tsm_fmu.diagnosis.report.page import _closed, _gaps, value_text
+from tsm_fmu.diagnosis.report.write import Gap, write_diagnosis
+from tsm_fmu.diagnosis.workflow import diagnose
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.record import Record
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+DT, ROWS = 0.01, 1600
+GIVEN = {"sigma0": 120.0, "sigma1": 0.05, "sigma2": 0.11, "F_c": 0.7, "F_s": 0.7, "v_s": 0.3}
+PHONE = 390
+
+
+def record(seed: int) -> Record:
+    """Dahl friction, viscous friction, and a force of 0.05 dv/dt that the model lacks."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(ROWS) * DT
+    v = np.sum(
+        [a * np.sin(2 * np.pi * f * t + rng.random() * 6.0) for a, f in ((1.1, 0.13), (0.6, 0.37), (0.4, 1.3))], axis=0
+    )
+    z = np.zeros(ROWS)
+    for k in range(1, ROWS):
+        s = np.sign(v[k])
+        z[k] = s + (z[k - 1] - s) * np.exp(-abs(v[k]) * DT * 120.0 / 0.7)
+    force = 0.7 * z + 0.11 * v + 0.05 * np.gradient(v, DT) + 0.011 * rng.normal(size=ROWS)
+    return Record(f"run <{seed}>", t, {"v": v, "F": force}, {"v": "m/s", "F": "N"}, None, f"{seed:064d}")
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
+    out = tmp_path_factory.mktemp("diagnosis")
+    measured, held = [record(31), record(32)], [record(33)]
+    found = diagnose(kernel("LuGreFriction"), measured, values=GIVEN, holdout=held)
+    data = write_diagnosis(out, found, measured, held)
+    return out / "report.html", data
+
+
+def test_the_report_holds_the_answer_and_its_evidence(written: tuple[Path, dict]) -> None:
+    path, data = written
+    text = re.sub(r"<script.*?</script>", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+    summary = re.search(r'<p class="summary">(.*?)</p>', text, re.DOTALL)
+    assert summary is not None
+    assert summary[1].replace("&gt;", ">") == data["answer"]
+    headings = re.findall(r"<h2>(.*?)</h2>", text)
+    assert headings[:3] == ["Gap", "Where", "Candidates"]
+    assert headings[-1] == "Provenance"
+    assert "Parameters" in headings
+    answers = read_card(data["card"]).parameters
+    for name in ("F_c", "inertia.m"):
+        row = re.search(rf"<td[^>]*>{name}</td>(.*?)</tr>", text, re.DOTALL)
+        assert row is not None
+        assert f">{float(f'{answers[name].value:.3g}'):.5g}<" in row[1]
+    assert "Run run &lt;31&gt;" in headings
+    gap = data["gap"]["F"]
+    for field in ("before", "refitted", "after", "holdout_before", "holdout_refitted", "holdout_after", "floor"):
+        assert any(f">{float(f'{gap[field] * factor:.3g}'):.5g}<" in text for factor in (1.0, 1e3)), field
+    for c in data["candidates"]:
+        assert f">{c['place']}<" in text
+    for name in data["not_excited"]:
+        assert name in json.loads((path.parent / "diagnosis.json").read_text(encoding="utf-8"))["not_excited"]
+    assert f"{31:064d}" in text
+
+
+def test_freedom_in_the_card_that_is_not_the_answer_is_told(written: tuple[Path, dict]) -> None:
+    path, data = written
+    text = path.read_text(encoding="utf-8")
+    held = read_card(data["card"]).effects
+    assert set(data["places"]) <= set(held)
+    for spec in set(held) - set(data["places"]):
+        assert f"({spec})" in text.partition("its card and its FMU also hold")[2]
+    assert ("also hold" in text) == (set(held) != set(data["places"]))
+
+
+def test_a_gap_has_a_row_for_each_model_and_a_caution_where_it_does_not_carry_over() -> None:
+    g = Gap("N", 0.31, 0.04, 1.09, 0.21, 0.04, 0.009, 1.03, 0.96, (0.91, 1.02), 0.29, 1.1, 0.04)
+    section = _gaps({"F": g})
+    assert section is not None
+    assert "Caution: the error of F on the held-out runs is 5.2 times that on the measured ones" in section.text
+    (table,) = section.tables
+    assert tuple(table.heading) == ("error of F [N]", "measured", "held out")
+    rows = {name: cells for name, *cells in table.rows}
+    assert rows["model of the answer"] == [0.04, 0.21]
+    assert rows["gap closed"] == ["", "96 % to all"]
+    assert rows["the same, 90 % over runs"] == ["", "91 to 100 %"]
+    alone = Gap("N", 0.31, 0.31, None, None, 0.04, 0.04, None, None, None, 0.29, None, None)
+    section = _gaps({"F": alone})
+    assert section is not None
+    assert "Caution" not in section.text
+    assert [name for name, *_ in section.tables[0].rows] == [
+        "model as given", "refit alone", "model of the answer", "floor", "surely noise",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (0.0437, "rad", "2.5 deg"),
+        (0.038, "N/(m/s2)", "0.038 kg"),
+        (0.00328, "m", "3.28 mm"),
+        (-0.0156, "N/(m)", "-0.0156 N/m"),
+        (1.15, "1", "1.15"),
+    ],
+)
+def test_parameters_have_the_units_of_people(value: float, unit: str, text: str) -> None:
+    assert value_text(value, unit) == text
+
+
+@pytest.mark.parametrize(
+    ("share", "text"), [(None, ""), (-2.01, "worse"), (-0.001, "0 %"), (0.66, "66 %"), (1.04, "100 %")]
+)
+def test_shares_closed_are_no_odd_percentages(share: float | None, text: str) -> None:
+    assert _closed(share) == text
+
+
+def test_only_effects_without_a_place_lack_a_motion(written: tuple[Path, dict]) -> None:
+    from tsm_fmu.diagnosis.choice.excitation import EXCITATION
+
+    path, data = written
+    text = path.read_text(encoding="utf-8")
+    for name in data["not_excited"]:
+        assert EXCITATION[name].shown_by in text or EXCITATION[name].words in text
+    assert "which have no place in LuGreFriction with these channels" in text  # no position, no load, no bending
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed (Debian package chromium)")
+def test_a_phone_shows_every_figure_and_scrolls_only_tables_sideways(
+    written: tuple[Path, dict], tmp_path: Path
+) -> None:
+    frame = tmp_path / "frame.html"
+    measure = (
+        "let d = f.contentDocument, wide = [...d.querySelectorAll('main *')].filter(e => !e.closest('.scroll') && "
+        f"!e.closest('.js-plotly-plot') && e.getBoundingClientRect().right > {PHONE} + 0.5).map(e => e.tagName);"
+        "document.getElementById('out').textContent = JSON.stringify({width: d.documentElement.scrollWidth, wide, "
+        "figures: d.querySelectorAll('figure').length, drawn: d.querySelectorAll('.scatterlayer .trace').length, "
+        "plots: [...d.querySelectorAll('.main-svg')].map(e => e.getBoundingClientRect().right)})"
+    )
+    frame.write_text(
+        f'<iframe src="{written[0].as_uri()}" style="border:0;width:{PHONE}px;height:3000px" '
+        f'onload="const f = this; setTimeout(() => {{ {measure} }}, 3000)"></iframe><pre id="out"></pre>',
+        encoding="utf-8",
+    )
+    command = [
+        str(CHROMIUM), "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-sync",
+        "--disable-background-networking", "--disable-component-update", "--host-resolver-rules=MAP * ~NOTFOUND",
+        "--allow-file-access-from-files", "--hide-scrollbars", f"--user-data-dir={tmp_path / 'profile'}",
+        "--window-size=800,3000",
+        "--virtual-time-budget=12000", "--dump-dom", frame.as_uri(),
+    ]  # fmt: skip
+    dom = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True).stdout
+    said = re.search(r'<pre id="out">(.*?)</pre>', dom, re.DOTALL)
+    assert said is not None
+    page = json.loads(said[1])
+    assert page["width"] == PHONE
+    assert page["wide"] == []
+    assert page["figures"] >= 5
+    assert page["drawn"] >= 2 * page["figures"] - 4
+    assert max(page["plots"]) <= PHONE

@@ -1,0 +1,200 @@
+"""Identification finds what was planted, says how well, and says so when it cannot."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import rig
+from scipy.optimize import least_squares
+
+from tsm_fmu.identification.fit import Fit, fit
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.models import MODELS
+from tsm_fmu.models.contract import InputError
+from tsm_fmu.regression.problem import FitRun, Problem
+from tsm_fmu.regression.specification import fit_parameters, per_run_fields
+
+BACKLASH = kernel("PairedTsmBacklash")
+STEP = 2.0 * math.pi / 4000.0
+
+
+def identified(runs: list[FitRun], fixed: tuple[str, ...] = (), **options) -> Fit:
+    return fit(
+        BACKLASH,
+        runs,
+        ("x_out",),
+        fit_parameters(BACKLASH, fixed=fixed),
+        per_run=per_run_fields(BACKLASH),
+        **options,
+    )
+
+
+@pytest.fixture(scope="module")
+def clean() -> FitRun:
+    return rig.backlash_run("clean", 3)
+
+
+@pytest.fixture(scope="module")
+def three() -> list[FitRun]:
+    offsets = {"a": -1.2617, "b": -1.1173, "c": 0.0371}
+    return [
+        rig.backlash_run(name, 10 * n, x_0=x_0, x_h_0=0.004 * n - 0.003, noise=0.002, encoder=STEP)
+        for n, (name, x_0) in enumerate(offsets.items(), start=1)
+    ]
+
+
+def test_exact_data_give_the_planted_values(clean: FitRun) -> None:
+    result = identified([clean])
+    found = {name: result.parameters[name].value for name in ("c", "beta", "alpha", "x_0", "x_h_0")}
+    assert found == pytest.approx({**rig.TRUE, "x_0": -1.2617, "x_h_0": 0.0113}, rel=1e-5)
+    assert result.measured["x_out"].rmse < 1e-7
+    assert result.at_bound == frozenset()
+    assert result.undetermined == ()
+
+
+def test_shared_and_per_run_values_from_coloured_noise_and_encoder_steps(three: list[FitRun]) -> None:
+    result = identified(three)
+    for name, true in rig.TRUE.items():
+        p = result.parameters[name]
+        assert p.stderr is not None
+        assert abs(p.value - true) < 4.0 * p.stderr, name
+        assert p.stderr < 0.1 * abs(true), name
+    for name, x_0 in {"a": -1.2617, "b": -1.1173, "c": 0.0371}.items():
+        run = result.runs[name]
+        assert abs(run.values["x_0"] - x_0) < 4.0 * run.stderr["x_0"]
+    assert result.measured["x_out"].rmse == pytest.approx(math.hypot(0.002, STEP / math.sqrt(12.0)), rel=0.05)
+
+
+def test_standard_errors_cover_the_truth_under_coloured_noise() -> None:
+    """Over seeds, (estimate - truth)/stderr has spread one; white-noise errors would make it four."""
+    base = rig.backlash_run("r", 5)
+    scores = []
+    for seed in range(60):
+        noise = rig.coloured(base.time.size, 0.003, 1000 + seed)
+        result = identified([replace(base, targets=base.targets + noise[:, None])])
+        scores.append(
+            [(result.parameters[n].value - true) / result.parameters[n].stderr for n, true in rig.TRUE.items()]
+        )
+    spread = np.sqrt(np.mean(np.square(scores), axis=0))
+    assert (spread > 0.7).all(), spread
+    assert (spread < 1.5).all(), spread
+
+
+def test_elimination_reaches_the_minimum_of_plain_least_squares(three: list[FitRun]) -> None:
+    """Oracle: scipy on all parameters of one run at once, from the truth, without any of our search."""
+    run = three[0]
+    result = identified([run])
+    problem = Problem(BACKLASH, [run], ("x_out",), fit_parameters(BACKLASH))
+
+    def residual(values: np.ndarray) -> np.ndarray:
+        return (problem.outputs(0, values) - run.targets)[:, 0]
+
+    plain = least_squares(residual, [0.9137, -0.3871, 13.7, -1.2617, 0.001], x_scale="jac", xtol=1e-12, ftol=1e-14)
+    values = [result.parameters[f].value for f in problem.fields]
+    assert values == pytest.approx(plain.x, rel=1e-4)
+    assert run.time.size * result.measured["x_out"].rmse ** 2 == pytest.approx(2.0 * plain.cost, rel=1e-9)
+
+
+def test_same_seed_same_result(three: list[FitRun]) -> None:
+    first, second = identified(three, seed=4), identified(three, seed=4)
+    assert first.parameters.valuesdict() == second.parameters.valuesdict()
+    assert first.evaluations == second.evaluations
+
+
+def test_held_out_run_takes_no_part_and_is_settled_on_its_first_two_seconds(three: list[FitRun]) -> None:
+    held = three[2]
+    late = held.time >= 2.0
+    spoiled = replace(held, targets=held.targets + 0.5 * late[:, None])
+    with_clean = identified(three[:2], holdout=[held])
+    with_spoiled = identified(three[:2], holdout=[spoiled])
+    assert with_clean.parameters.valuesdict() == with_spoiled.parameters.valuesdict()
+    assert with_clean.runs["c"].values == with_spoiled.runs["c"].values
+    assert with_clean.holdout["x_out"].samples == int(late.sum())
+    assert with_clean.holdout["x_out"].rmse < 0.004
+    assert with_spoiled.holdout["x_out"].rmse == pytest.approx(0.5, abs=0.004)
+
+
+def test_joint_condition_stops_the_fit_and_is_named() -> None:
+    run = rig.backlash_run("steep", 7, true={"c": 0.9137, "beta": -1.0523, "alpha": 8.3}, noise=0.001)
+    result = identified([run])
+    c, beta = (result.parameters[n].value for n in ("c", "beta"))
+    assert c + beta > 0.0
+    assert c + beta < 1e-3
+    assert {"c", "beta"} <= result.at_bound
+    assert any("B > 0" in finding and "beta" in finding for finding in result.findings)
+    BACKLASH.params(values=result.parameters.valuesdict())
+
+
+def test_bound_that_holds_the_fit_is_named_and_kept() -> None:
+    run = rig.backlash_run("outward", 7, true={"c": 0.9137, "beta": 0.2317, "alpha": 8.3}, noise=0.001)
+    result = identified([run])
+    assert result.parameters["beta"].value < 0.0
+    assert "beta" in result.at_bound
+    assert any(finding.startswith("beta = ") and "on a bound" in finding for finding in result.findings)
+
+
+def test_parameter_without_excitation_is_named() -> None:
+    t = np.arange(0.0, 6.0, 1.0 / rig.RATE)
+    x = 0.31 + 0.1 * t  # one direction, the start forgotten: nothing tells where a reversal would lead
+    y = rig.TRUE["c"] * x + rig.TRUE["beta"] / rig.TRUE["alpha"] - 1.2617 + rig.coloured(t.size, 0.001, 8)
+    result = identified([FitRun("one way", t, x[:, None], y[:, None])])
+    assert {"beta", "alpha"} & {*result.undetermined, *result.at_bound}
+    assert any("not determined" in finding or "on a bound" in finding for finding in result.findings)
+
+
+def test_fixed_values_stay(clean: FitRun) -> None:
+    parameters = fit_parameters(BACKLASH, values={"alpha": 21.7}, fixed=["alpha"])
+    result = fit(BACKLASH, [clean], ("x_out",), parameters, per_run=per_run_fields(BACKLASH))
+    assert result.parameters["alpha"].value == 21.7
+    assert result.parameters["alpha"].stderr is None
+    assert result.measured["x_out"].rmse > 1e-4
+
+
+def test_interruption_keeps_the_best_so_far(three: list[FitRun]) -> None:
+    errors: list[float] = []
+
+    def interrupt(_: int, error: float) -> None:
+        errors.append(error)
+        if len(errors) == 3:
+            raise KeyboardInterrupt
+
+    result = identified(three, progress=interrupt)
+    assert not result.complete
+    assert result.findings[0].startswith("interrupted")
+    spread = np.sqrt(np.mean([run.targets.var() for run in three]))
+    assert result.measured["x_out"].rmse <= min(errors) * spread * (1.0 + 1e-6)
+
+
+@pytest.mark.parametrize("module", MODELS, ids=lambda m: m.NAME)
+def test_per_run_names_are_parameters(module) -> None:
+    model = kernel(module.NAME)
+    own = {*getattr(module, "OFFSETS", ()), *getattr(module, "INITIAL", ())}
+    assert own <= {v.name for v in model.parameters}
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda r: identified([]), "no measured run -- expected at least one"),
+        (lambda r: identified([r], method="slow"), "method 'slow' -- expected one of fast, paper"),
+        (lambda r: identified([r], fixed=("gain",)), "--fix gain of PairedTsmBacklash -- expected one of c, beta"),
+        (
+            lambda r: identified([r], fixed=("c", "beta", "alpha", "x_0", "x_h_0")),
+            "no parameter of PairedTsmBacklash is left to fit",
+        ),
+        (
+            lambda r: identified([r], holdout=[FitRun("short", r.time[:300], r.inputs[:300], r.targets[:300])]),
+            "held-out run short of 1.495 s -- expected more than the 2 s",
+        ),
+        (lambda r: per_run_fields(BACKLASH, ["c"]), "--shared c of PairedTsmBacklash -- expected one of x_0, x_h_0"),
+        (lambda r: fit_parameters(BACKLASH, values={"beta": -1.2}), "gives B = c + beta"),
+    ],
+)
+def test_wrong_use_is_one_line(clean: FitRun, call, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        call(clean)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)

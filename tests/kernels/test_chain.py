@@ -1,0 +1,169 @@
+"""Chains: a model with effects is one pure step, and neutral effects leave it alone."""
+
+import numpy as np
+import pytest
+
+from tsm_fmu import InputError
+from tsm_fmu.effects import EFFECTS
+from tsm_fmu.kernels.chain import attach, chain
+from tsm_fmu.kernels.kernel import Kernel, kernel
+from tsm_fmu.models import MODELS
+
+CARRIERS = [module.NAME for module in MODELS if hasattr(module, "with_friction")]
+MOTION = ["offset_drift@x_out", "backlash@x_out", "delay@x_in", "tendon_elasticity@x_out", "sensor_lag@tau_in"]
+
+
+def excitation(k: Kernel, seed: int, rows: int = 1200) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    grid = np.linspace(0.0, 24.0, rows)
+    columns = [np.interp(grid, np.arange(25), rng.normal(size=25)) for _ in k.inputs]
+    return np.arange(rows) * 1.3e-3, np.column_stack(columns)
+
+
+def possible(name: str) -> tuple[str, ...]:
+    """Every effect that the model can carry, at its first place; the sheath's angle apart (it adds an input)."""
+    found = []
+    for module in EFFECTS:
+        if module.NAME == "bend_angle":
+            continue
+        try:
+            found.append(attach(kernel(name), module.NAME).spec)
+        except InputError:
+            continue
+    return tuple(found)
+
+
+@pytest.mark.parametrize("name", CARRIERS)
+def test_with_its_defaults_a_chain_of_everything_is_the_model_bit_for_bit(name):
+    model = kernel(name)
+    extended = chain(name, possible(name))
+    time, inputs = excitation(model, seed=11)
+    alone = model.simulate(model.params(), time, inputs)
+    assert np.array_equal(extended.simulate(extended.params(), time, inputs, compiled=False), alone)
+
+
+def test_compiled_and_plain_chains_agree_bit_for_bit():
+    k = chain("TendonDrive", ("load_dependence", "stribeck", *MOTION))
+    values = {
+        "load_dependence.k": 0.37,
+        "stribeck.dF": 0.013,
+        "x_out.backlash.w": 0.021,
+        "x_in.delay.T_d": 0.0113,
+        "x_out.tendon_elasticity.compliance": 0.31,
+    }
+    time, inputs = excitation(k, seed=12)
+    p = k.params(None, values)
+    assert np.array_equal(k.simulate(p, time, inputs), k.simulate(p, time, inputs, compiled=False))
+
+
+def test_the_estimator_inverts_the_drive_with_load_dependent_friction():
+    """The load that the friction depends on is itself estimated: an implicit equation, solved to rounding."""
+    effects = ("load_dependence", "tendon_elasticity@x_out")
+    values = {"ratio": 0.92, "load_dependence.k": 0.37, "x_out.tendon_elasticity.compliance": 0.31}
+    drive, estimator = chain("TendonDrive", effects), chain("DistalEstimator", effects)
+    time = np.arange(6000) * 1.1e-3
+    x, tau = 0.7 * np.sin(2.3 * time), 0.05 + 0.11 * np.sin(3.1 * time)
+    out = drive.simulate(drive.params(None, values), time, np.column_stack([x, tau]))
+    back = estimator.simulate(estimator.params(None, values), time, np.column_stack([x, out[:, 2]]))
+    assert np.abs(back[:, 1] - tau).max() < 1e-14
+    assert np.abs(back[:, 0] - out[:, 0]).max() < 1e-14
+
+
+def test_friction_that_outgrows_the_load_is_refused_with_the_reason():
+    k = chain("DistalEstimator", ("load_dependence",))
+    time = np.arange(3000) * 1e-3
+    inputs = np.column_stack([np.sin(3.0 * time), 0.3 * np.cos(time)])
+    with pytest.raises(InputError, match="no load fits: the friction grows faster than the load"):
+        k.simulate(k.params(None, {"load_dependence.k": 2.7}), time, inputs)
+
+
+def test_load_dependence_widens_the_loop_by_twice_k_times_the_load():
+    plain, loaded = kernel("TendonDrive"), chain("TendonDrive", ("load_dependence",))
+    time = np.arange(20_000) * 1e-3
+    x = np.sin(2.0 * np.pi * 0.2 * time)
+    inputs = np.column_stack([x, np.full_like(x, 0.13)])
+    narrow = plain.simulate(plain.params(), time, inputs)[:, 2]
+    wide = loaded.simulate(loaded.params(None, {"load_dependence.k": 0.37}), time, inputs)[:, 2]
+    last = time > 10.0
+    middle = last & (np.abs(x) < 0.3)
+    up = middle & (np.gradient(x) > 0)
+    down = middle & (np.gradient(x) < 0)
+    growth = (wide[up].mean() - wide[down].mean()) - (narrow[up].mean() - narrow[down].mean())
+    assert growth == pytest.approx(2 * 0.37 * 0.13, rel=1e-6)
+
+
+def test_units_of_an_effect_follow_what_it_acts_on():
+    k = chain("TendonDrive", ("load_dependence", "viscous", "tendon_elasticity@x_out", "offset_drift@tau_in"))
+    units = {v.name: v.quantity.unit for v in k.parameters}
+    assert units["load_dependence.k"] == "1"
+    assert units["viscous.f_v"] == "N.m/(rad/s)"
+    assert units["x_out.tendon_elasticity.compliance"] == "rad/(N.m)"
+    assert units["tau_in.offset_drift.c"] == "N.m/s"
+    for model, unit in (("TendonDrive", "rad"), ("SingleTsmDahl", "m")):
+        found = {v.name: v.quantity.unit for v in chain(model, ("coulomb",)).parameters}
+        assert found["motion.x_pre"] == unit
+
+
+def test_a_measured_sheath_angle_becomes_an_input():
+    k = chain("TendonDrive", ("bend_angle",))
+    assert [v.name for v in k.inputs] == ["x_in", "tau_out", "Theta"]
+
+
+@pytest.mark.parametrize("effects", [(), ("coulomb",)])
+def test_a_model_can_listen_to_the_sheath_angle_without_using_it(effects):
+    rng = np.random.default_rng(31)
+    t, inputs = np.arange(90) * 0.0113, np.cumsum(rng.normal(size=(90, 3)), axis=0)
+    plain, listening = chain("TendonDrive", effects), chain("TendonDrive", effects, bend=True)
+    assert [v.name for v in listening.inputs] == ["x_in", "tau_out", "Theta"]
+    found = listening.simulate(listening.params(None, {}), t, inputs)
+    assert np.array_equal(found, plain.simulate(plain.params(None, {}), t, inputs[:, :2]))
+    assert chain("TendonDrive", ("bend_angle",), bend=True).inputs == chain("TendonDrive", ("bend_angle",)).inputs
+
+
+def test_parameters_that_no_effect_uses_are_not_declared():
+    names = {v.name for v in chain("TendonDrive", ("offset_drift@x_out",)).parameters}
+    assert not any(name.startswith("motion.") for name in names)
+    assert "motion.x_pre" in {v.name for v in chain("TendonDrive", ("load_dependence",)).parameters}
+
+
+def test_one_chain_is_made_once():
+    assert chain("TendonDrive", ("coulomb",)) is chain("TendonDrive", ("coulomb",))
+    assert chain("TendonDrive", ()) == kernel("TendonDrive")
+
+
+@pytest.mark.parametrize(
+    ("model", "effects", "message"),
+    [
+        ("TendonDrive", ("frobnicate",), r"effect 'frobnicate' -- expected one of coulomb"),
+        ("TendonDrive", ("coulomb@x_out",), r"'coulomb@x_out' on TendonDrive -- it can act on the friction"),
+        ("TendonDrive", ("backlash@nowhere",), r"it can act on x_out, v_in, tau_in, x_in, tau_out"),
+        ("TendonDrive", ("coulomb", "coulomb"), r"expected each effect once"),
+        ("PairedTsmBacklash", ("tendon_elasticity",), r"it needs a load"),
+        ("PairedTsmBacklash", ("coulomb",), r"it has no place there"),
+        ("Sum", ("drum_periodic",), r"it needs a motion"),
+        ("Nothing", ("coulomb",), r"model 'Nothing' -- expected one of"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_with_what_would(model, effects, message):
+    with pytest.raises(InputError, match=message):
+        chain(model, effects)
+
+
+def test_a_holding_estimator_keeps_the_load_through_a_reversal_and_finds_it_while_sliding():
+    """The friction turns at once where the estimator's presliding takes its time: Eq (D2) spikes, Eq (D3) does not."""
+    k = chain("DistalEstimator", ("load_dependence",))
+    values = {"ratio": 0.92, "tau_c": 0.044, "tau_s": 0.044, "sigma2": 0.0, "load_dependence.k": 0.37}
+    time = np.arange(8000) * 1e-3
+    x = 0.5 * np.sin(2.0 * np.pi * 0.5 * time)
+    load = -0.08 + 0.01 * np.sin(0.7 * time)
+    side = np.sign(np.cos(2.0 * np.pi * 0.5 * time))
+    tau_in = 0.92 * load + side * (0.044 + 0.37 * np.abs(load))
+    errors = {}
+    for hold in (0, 1):
+        p = k.params(None, {**values, "hold": hold})
+        estimated = k.simulate(p, time, np.column_stack([x, tau_in]))[:, 1]
+        assert np.array_equal(k.simulate(p, time, np.column_stack([x, tau_in]), compiled=False)[:, 1], estimated)
+        errors[hold] = np.abs(estimated - load)[time > 1.5]
+    slow = 0.01 * 0.7 * 1.0  # the load's change within half a period, the longest time it is held
+    assert errors[1].max() < slow
+    assert errors[0].max() > 0.05

@@ -1,0 +1,142 @@
+"""Speed and acceleration from position: closed forms, encoder steps, and what is refused."""
+
+import numpy as np
+import pytest
+
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.differentiate import default_cutoff, differentiate
+from tsm_fmu.logs.quantisation import quantisation_step
+from tsm_fmu.logs.record import Record, kernel_inputs
+from tsm_fmu.models.contract import InputError
+
+SINES = ((0.41, 0.37, 0.3), (0.083, 1.13, 2.2), (0.019, 2.71, 4.1))
+
+
+def motion(time):
+    x, v, a = (np.zeros_like(time) for _ in range(3))
+    for amplitude, frequency, phase in SINES:
+        w = 2 * np.pi * frequency
+        x += amplitude * np.sin(w * time + phase)
+        v += amplitude * w * np.cos(w * time + phase)
+        a -= amplitude * w * w * np.sin(w * time + phase)
+    return x, v, a
+
+
+def nrms(error, signal):
+    return float(np.sqrt(np.mean(np.square(error)) / np.mean(np.square(signal))))
+
+
+def test_derivatives_of_sines():
+    time = np.arange(7013) * 0.00173
+    x, v, a = motion(time)
+    inner = slice(200, -200)
+    first, second = (differentiate(time, x, order, 25.0) for order in (1, 2))
+    assert nrms((first.values - v)[inner], v) < 1e-4
+    assert nrms((second.values - a)[inner], a) < 1e-3
+    assert first.cutoff == pytest.approx(25.0, rel=0.05)
+    assert second.cutoff == pytest.approx(25.0, rel=0.05)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_cutoff_is_where_the_derivative_is_three_decibels_low(order):
+    time = np.arange(20001) / 1000.0
+    frequency = differentiate(time, np.sin(time), order, 17.0).cutoff
+    w = 2 * np.pi * frequency
+    values = differentiate(time, np.sin(w * time), order, 17.0).values[2000:-2000]
+    gain = np.sqrt(2 * np.mean(values**2)) / w**order
+    assert gain == pytest.approx(np.sqrt(0.5), abs=2e-3)
+
+
+def test_no_phase_shift():
+    time = np.arange(8001) / 500.0
+    x, v, _ = motion(time)
+    derived = differentiate(time, x, 1, 6.0).values[500:-500]
+    shifted = [nrms(derived - np.roll(v, k)[500:-500], v) for k in (-2, -1, 0, 1, 2)]
+    assert int(np.argmin(shifted)) == 2
+
+
+def test_encoder_steps_and_noise_are_kept_out_by_the_default_cutoff():
+    time = np.arange(10001) / 500.0
+    x, v, a = motion(time)
+    step = 2 * np.pi / 3177
+    read = step * np.round((x + 1e-4 * np.random.default_rng(86).standard_normal(x.size)) / step)
+    inner = slice(300, -300)
+    assert 2.71 < default_cutoff(time, read) < 40.0
+    assert nrms((differentiate(time, read, 1).values - v)[inner], v) < 0.01
+    assert nrms((differentiate(time, read, 2).values - a)[inner], a) < 0.12
+    plain = np.gradient(read, time)
+    assert nrms((plain - v)[inner], v) > 0.15  # what differences would have given
+
+
+def test_edges_are_finite_and_close():
+    time = np.arange(2001) / 500.0
+    x, v, _ = motion(time)
+    error = np.abs(differentiate(time, x, 1, 20.0).values - v)
+    assert error.max() < 0.03 * np.abs(v).max()
+
+
+def test_cutoff_outside_the_possible_range_is_refused():
+    time = np.arange(1001) / 100.0
+    with pytest.raises(InputError, match=r"cut-off 45 Hz -- expected 0\.\d+ to 1\d\.\d Hz for 1001 samples at 100 Hz"):
+        differentiate(time, np.sin(time), 1, 45.0)
+    with pytest.raises(InputError, match=r"cut-off 0\.001 Hz -- expected"):
+        differentiate(time, np.sin(time), 1, 0.001)
+    with pytest.raises(InputError, match="5 samples -- expected at least 7"):
+        differentiate(time[:5], time[:5], 1)
+
+
+def test_gaps_are_refused_by_row():
+    keep = np.delete(np.arange(5000), slice(1200, 1260))
+    time = keep / 1000.0
+    x, _, _ = motion(time)
+    run = Record("gap", time, {"x": x, "tau_in": x, "tau_load": x}, {"x": "rad", "tau_in": "N.m", "tau_load": "N.m"})
+    message = (
+        r"interval of 0\.061 s between rows 1201 and 1202 \(t = 1\.199 s\), 1 such in all -- expected even sampling"
+    )
+    with pytest.raises(InputError, match=message):
+        run.inputs_for(kernel("PairedTsmFriction"))
+
+
+def test_kernel_inputs_derive_what_is_missing_and_say_so():
+    time = np.arange(6001) / 500.0
+    x, v, a = motion(time)
+    units = {"x": "rad", "tau_load": "N.m", "tau_in": "N.m"}
+    run = Record("r", time, {"tau_load": 0.2 * x, "x": x, "tau_in": 0.1 * x}, units)
+    model = kernel("PairedTsmFriction")
+    inputs = kernel_inputs(run, model, 20.0)
+    order = [variable.name for variable in model.inputs]
+    inner = slice(300, -300)
+    assert nrms((inputs.values[:, order.index("v")] - v)[inner], v) < 1e-3
+    assert nrms((inputs.values[:, order.index("a")] - a)[inner], a) < 1e-2
+    np.testing.assert_array_equal(inputs.values[:, order.index("tau_in")], 0.1 * x)
+    np.testing.assert_array_equal(run.inputs_for(model, 20.0), inputs.values)
+    assert len(inputs.notes) == 2
+    assert inputs.notes[0].startswith("v derived from x by a zero-phase Savitzky-Golay differentiator, cut-off ")
+    measured = Record("r", time, {**run.columns, "v": v}, {**units, "v": "rad/s"})
+    found = kernel_inputs(measured, model, 20.0)
+    np.testing.assert_array_equal(found.values[:, order.index("v")], v)
+    assert len(found.notes) == 1
+    assert found.notes[0].startswith("a derived from v")
+
+
+def test_kernel_inputs_refuse_other_quantities_and_missing_channels():
+    time = np.arange(100) / 100.0
+    with pytest.raises(InputError, match="has no channel 'x_in' -- it has x_out"):
+        Record("r", time, {"x_out": time}, {"x_out": "rad"}).inputs_for(kernel("PairedTsmBacklash"))
+    with pytest.raises(InputError, match="channel 'x_in' in m -- expected a unit such as rad"):
+        Record("r", time, {"x_in": time}, {"x_in": "m"}).inputs_for(kernel("PairedTsmBacklash"))
+    with pytest.raises(
+        InputError, match=r"v \[m/s\] from channel 'x' in rad -- expected a unit whose derivative is m/s"
+    ):
+        Record("r", time, {"x": time}, {"x": "rad"}).inputs_for(kernel("LuGreFriction"))
+
+
+@pytest.mark.parametrize("step", [2 * np.pi / 8192, 3.7e-5, 11.0])
+def test_quantisation_step_survives_rounding_of_the_log(step):
+    time = np.arange(4001) / 500.0
+    x = 300 * step * np.sin(1.7 * time) + 0.3 * step * np.random.default_rng(9).standard_normal(time.size)
+    read = step * np.floor(x / step)
+    rounded = np.round(read, int(np.ceil(-np.log10(step))) + 2)
+    assert quantisation_step(rounded) == pytest.approx(step, rel=1e-3)
+    assert quantisation_step(x) == 0.0
+    assert quantisation_step(np.full(50, 0.3)) == 0.0

@@ -1,0 +1,71 @@
+"""The optimiser's view of a refit: few rows, the same problem."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.regression.coordinates import Coordinates
+from tsm_fmu.regression.descent import Turned, triangle
+from tsm_fmu.regression.problem import FitRun, Problem
+from tsm_fmu.regression.specification import fit_parameters, per_run_fields
+from tsm_fmu.regression.structure import sensitivity_scales
+
+
+@pytest.mark.parametrize("rows", [3, 7, 8, 4001])
+@pytest.mark.parametrize("size", [0.0, 1.7e-3, 2.9e6])
+def test_norms_and_slopes_are_those_of_all_rows(rows: int, size: float) -> None:
+    rng = np.random.default_rng(rows)
+    residual, columns = size * rng.normal(size=rows), rng.normal(size=(rows, 7)) @ np.diag(10.0 ** np.arange(-3, 4))
+    turned = triangle(residual, columns)
+    assert turned.shape == (8, 7)
+    scale, norm = np.linalg.norm(columns, axis=0), float(np.linalg.norm(residual))
+    few, whole = turned / scale, columns / scale
+    assert np.abs(few.T @ few - whole.T @ whole).max() < 1e-13
+    assert np.abs(norm * few[0] - whole.T @ residual).max() <= 1e-13 * norm
+
+
+def test_a_step_is_that_of_all_rows() -> None:
+    rng = np.random.default_rng(3)
+    residual, columns = rng.normal(size=911), rng.normal(size=(911, 5))
+    turned, first = triangle(residual, columns), np.append(np.linalg.norm(residual), np.zeros(5))
+    whole, few = (np.linalg.lstsq(a, -b, rcond=None)[0] for a, b in ((columns, residual), (turned, first)))
+    assert np.allclose(whole, few, rtol=1e-11, atol=0.0)
+
+
+@pytest.mark.parametrize("lead", [0, 37])
+@pytest.mark.parametrize("tie", [0.0, 3.1])
+def test_slopes_are_those_of_every_value_moved_alone(lead: int, tie: float) -> None:
+    """Values of runs are moved at once, and what ties them to their mean acts on the others too."""
+    model, rng, runs = kernel("PairedTsmBacklash"), np.random.default_rng(9), []
+    for number, size in enumerate((311, 197, 460)):
+        t = 0.011 * np.arange(size)
+        x = 0.6 * np.sin(3.1 * t + number)
+        run = FitRun(f"run {number}", t, x[:, None], (0.8 * x + 0.05 * rng.normal(size=size))[:, None])
+        runs.append(run.compared_from(lead) if lead else run)
+    problem = Problem(model, runs, ("x_out",), fit_parameters(model), per_run_fields(model))
+    start = problem.start() * rng.uniform(0.9, 1.1, (3, len(problem.fields)))
+    shared = [problem.fields.index(f) for f in problem.shared]
+    start[:, shared] = start[0, shared]
+    zeros = {problem.declared[problem.own[0]].name: tie} if tie else {}
+    coordinates = Coordinates(
+        problem, problem.shared, problem.own, sensitivity_scales(problem.starting_at(start)), start
+    )
+    assert len(problem.own) == 2
+    j = problem.fields.index(problem.own[0])
+
+    def whole(q: np.ndarray) -> np.ndarray:
+        table = coordinates.table(q)
+        parts = [problem.residual(k, table[k]) for k in range(3)]
+        return np.concatenate([*parts, tie * (table[:, j] - table[:, j].mean())])
+
+    q, turned = coordinates.of(start), Turned(problem, coordinates, zeros)
+    residual = whole(q)
+    columns = np.column_stack([(whole(q + h) - residual) / 1e-5 for h in 1e-5 * np.eye(q.size)])
+    found = turned.jacobian(q)
+    assert turned.residual(q)[0] == pytest.approx(np.linalg.norm(residual), rel=1e-13)
+    assert np.allclose(found.T @ found, columns.T @ columns, rtol=0.0, atol=1e-9 * np.abs(columns.T @ columns).max())
+    assert np.allclose(
+        found.T @ turned.residual(q), columns.T @ residual, rtol=0.0, atol=1e-9 * np.linalg.norm(residual)
+    )

@@ -1,0 +1,109 @@
+"""Many simulations in one call are those made one by one, whatever fails among them."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from tsm_fmu.kernels.chain import chain
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.regression import problem as module
+from tsm_fmu.regression.problem import FitRun, Problem
+from tsm_fmu.regression.specification import fit_parameters
+
+MODEL = chain("TendonDrive", ("load_dependence", "delay@tau_in"))
+
+
+def made(sizes: tuple[int, ...] = (611, 1300, 97), lead: int = 0) -> Problem:
+    rng = np.random.default_rng(11)
+    runs = []
+    for number, size in enumerate(sizes):
+        t = 0.013 * np.arange(size) + 0.7 * number
+        u = np.column_stack([0.9 * np.sin(2.3 * t + number), 1.1 + 0.3 * np.cos(0.7 * t)])
+        run = FitRun(f"run {number}", t, u, rng.normal(size=(size, 2)))
+        runs.append(run.compared_from(lead) if lead else run)
+    return Problem(MODEL, runs, ("x_out", "tau_in"), fit_parameters(MODEL))
+
+
+def rows(problem: Problem, count: int) -> list[tuple[int, np.ndarray]]:
+    rng = np.random.default_rng(5)
+    table = problem.start()
+    found = []
+    for k in rng.integers(0, len(problem.runs), count).tolist():
+        row = table[k] * rng.uniform(0.9, 1.1, table.shape[1])
+        row[problem.fields.index("tau_in__delay__T_d")] = rng.uniform(0.0, 0.3)
+        found.append((k, row))
+    return found
+
+
+@pytest.mark.parametrize(("lead", "block", "piece"), list(product((0, 41), (40_000, 900), (25_000, 1))))
+def test_one_call_gives_what_single_calls_give(
+    lead: int, block: int, piece: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "MAX_ROWS", block)
+    monkeypatch.setattr(module, "PIECE_ROWS", piece)
+    monkeypatch.setattr(module, "PARALLEL_ROWS", 1)
+    problem = made(lead=lead)
+    wanted = rows(problem, 23)
+    together = problem.residuals(wanted)
+    for (k, row), found in zip(wanted, together, strict=True):
+        run = problem.runs[k]
+        time, inputs = run.played
+        y = MODEL.simulate(problem.params(row), time, inputs)[lead:, problem.columns]
+        error = (y - run.targets) * problem.weights
+        edges = np.arange(0, len(error), problem.block)
+        means = [error[a : a + problem.block].sum(axis=0) / np.sqrt(len(error[a : a + problem.block])) for a in edges]
+        assert np.allclose(found, np.array(means).ravel(order="F"), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize(("lead", "piece"), list(product((0, 41), (25_000, 900))))
+def test_a_simulation_that_fails_is_nan_and_spoils_no_other(
+    lead: int, piece: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "PIECE_ROWS", piece)
+    monkeypatch.setattr(module, "PARALLEL_ROWS", 1)
+    problem = made(lead=lead)
+    wanted = rows(problem, 12)
+    failing = (0, 4, 5, 11)
+    for i in failing:
+        wanted[i][1][problem.fields.index("tau_in__delay__T_d")] = 1.0  # 77 steps: more than the delay keeps
+    found = problem.residuals(wanted)
+    assert [i for i, r in enumerate(found) if np.isnan(r).any()] == list(failing)
+    assert all(np.isnan(found[i]).all() for i in failing)
+    assert np.array_equal(found[6], problem.residual(*wanted[6]))
+
+
+def test_whole_numbers_reach_the_model_whole() -> None:
+    model = kernel("LebusWinding")
+    t = 0.01 * np.arange(300)
+    run = FitRun("run", t, np.column_stack([3.1 * t, *([10.3 + t] * (len(model.inputs) - 1))]), t[:, None])
+    problem = Problem(model, [run], (model.outputs[0].name,), fit_parameters(model))
+    row = problem.start()[0]
+    p = problem.params(row)
+    assert p.n_layers == 2
+    assert type(p.n_layers) is int
+    state, outputs = model.module.start(model.params(), model.module.Inputs(*run.inputs[0]))
+    given = [outputs]
+    for u, dt in zip(run.inputs[1:], np.diff(t), strict=True):
+        state, outputs = model.module.step(model.params(), state, model.module.Inputs(*u), dt)
+        given.append(outputs)
+    assert np.array_equal(problem.every_output(0, row), np.array(given))
+    assert np.ptp(given, axis=0).max() > 0.0
+
+
+def test_refused_is_what_the_model_says_of_each_row() -> None:
+    problem = made()
+    rng = np.random.default_rng(8)
+    verdicts = []
+    ends = [(q.lo, q.hi) for q in (v.quantity for v in MODEL.parameters)]
+    for _ in range(400):
+        row = problem.start()[0]
+        j = int(rng.integers(row.size))
+        near = [np.nextafter(end, to) for end in ends[j] for to in (-np.inf, np.inf)]
+        row[j] = rng.choice([*ends[j], *near, np.nan, np.inf, -row[j], 3.0 * row[j]])
+        refused = problem.refused(np.array([problem.start()[0], row]))
+        assert refused is bool(problem.violation(row)), (problem.fields[j], row[j])
+        verdicts.append(refused)
+    assert 0.2 < np.mean(verdicts) < 0.9
