@@ -1,6 +1,7 @@
 """FMUs share nothing with each other or with the package that built them."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -8,9 +9,15 @@ from pathlib import Path
 import fmpy
 import pytest
 
+import tsm_fmu
 from tsm_fmu.fmu.build import build_fmu
 from tsm_fmu.kernels.kernel import Kernel, kernel
 from tsm_fmu.models import MODELS
+
+from .python_hosts import host_run, hosts
+
+HOSTS = hosts()
+THIS = sys.version_info[:3]
 
 
 def test_two_builds_of_one_fmu_side_by_side_give_two_answers(fmus, instance, tmp_path):
@@ -75,3 +82,44 @@ def test_a_host_with_python_only(fmus, bare_packages, name, tmp_path):
     assert len(values) == len(outputs)
     tag = md.guid.replace("-", "")[:12]
     assert loaded == sorted([f"{name}_{tag}", f"tsm_fmu_{tag}"]), done.stdout
+
+
+@pytest.fixture(scope="module")
+def here(fmus, tmp_path_factory):
+    """All FMUs in one process of this Python."""
+    return host_run(HOSTS[THIS], [fmus(m.NAME) for m in MODELS], tmp_path_factory.mktemp("here"))
+
+
+def test_all_fmus_in_one_process_load_the_standard_library_and_themselves_only(here):
+    tops = {module.partition(".")[0] for module in here["modules"]} - set(sys.stdlib_module_names)
+    assert len(here["values"]) == len(MODELS)
+    assert {top.rpartition("_")[0] for top in tops} == {"tsm_fmu", *(m.NAME for m in MODELS)}
+
+
+@pytest.mark.parametrize("version", [v for v in HOSTS if v >= (3, 10) and v != THIS], ids=lambda v: "%d.%d.%d" % v)
+def test_all_fmus_in_one_process_of_another_python(fmus, here, version, tmp_path):
+    other = host_run(HOSTS[version], [fmus(m.NAME) for m in MODELS], tmp_path)
+    assert tuple(map(int, other["python"].split("."))) == version
+    assert other["values"] == here["values"]
+
+
+def test_there_is_another_python_to_try():
+    if len(HOSTS) < 2:
+        pytest.skip(f"only Python {sys.version.split()[0]} is here: install the distribution's python3 to try that")
+
+
+def test_the_loop_of_the_demo_on_the_other_patch_release(tmp_path):
+    """Build, validate and run on the distribution's Python, with the packages of this one."""
+    others = [v for v in HOSTS if v[:2] == THIS[:2] and v != THIS]
+    if not others:
+        pytest.skip(f"no other release of Python {THIS[0]}.{THIS[1]} here: /usr/bin/python3 is not one")
+    paths = [str(Path(tsm_fmu.__file__).parents[1]), str(Path(fmpy.__file__).parents[1])]
+    command = ["run", "mssp_feedforward", "--case", "periodic.law_1", "--stop", "0.5", "--json", "--out", str(tmp_path)]
+    done = subprocess.run(
+        [HOSTS[others[0]], "-m", "tsm_fmu", *command],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["metrics"]

@@ -31,6 +31,10 @@ class InputError(ValueError):
 class Quantity(NamedTuple):
     """Unit, meaning and bounds of one variable, in SI.
 
+    Equal only to one of the same class, unlike other named tuples: each FMU in a process has a copy of this
+    file, and ``typing`` hands out ``Annotated[...]`` from a cache, which in Python 3.11.2 looks at equality alone
+    and so would answer with another FMU's class.
+
     Attributes
     ----------
     unit : str
@@ -50,6 +54,15 @@ class Quantity(NamedTuple):
     open_lo: bool = False
     open_hi: bool = False
     display: str = ""
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and tuple.__eq__(self, other)
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:
+        return hash((type(self), *self))
 
 
 class Variable(NamedTuple):
