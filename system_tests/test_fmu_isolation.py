@@ -96,7 +96,9 @@ def test_all_fmus_in_one_process_load_the_standard_library_and_themselves_only(h
     assert {top.rpartition("_")[0] for top in tops} == {"tsm_fmu", *(m.NAME for m in MODELS)}
 
 
-@pytest.mark.parametrize("version", [v for v in HOSTS if v >= (3, 10) and v != THIS], ids=lambda v: "%d.%d.%d" % v)
+@pytest.mark.parametrize(
+    "version", [v for v in HOSTS if v >= (3, 10) and v != THIS], ids=lambda v: ".".join(map(str, v))
+)
 def test_all_fmus_in_one_process_of_another_python(fmus, here, version, tmp_path):
     other = host_run(HOSTS[version], [fmus(m.NAME) for m in MODELS], tmp_path)
     assert tuple(map(int, other["python"].split("."))) == version

@@ -27,7 +27,7 @@ class Equal:
     """``Annotated`` with the cache of Python 3.11.2, which asks for equality only, on any Python."""
 
     @staticmethod
-    @functools.lru_cache(maxsize=None)
+    @functools.cache
     def made(params: Any) -> Any:
         return typing.Annotated[params]
 
@@ -77,10 +77,10 @@ def test_a_quantity_equals_one_of_its_class_only(copies):
     first, second = (copy.Quantity("rad", "angle", lo=0.0) for copy in copies[:2])
     again = copies[0].Quantity("rad", "angle", lo=0.0)
     assert first == again
-    assert not first != again
+    assert (first != again) is False
     assert hash(first) == hash(again)
     for other in (second, tuple(first)):
         assert first != other
         assert other != first
-        assert not first == other
+        assert (first == other) is False
         assert len({first, other}) == 2
