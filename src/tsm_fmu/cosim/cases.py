@@ -153,12 +153,12 @@ def statistics(
         experiment = cases[name][1]
         window = experiment.window(run.time)
         metrics: dict[str, Any] = {
-            address: {"unit": run.units[address], **_spread(values[window])} for address, values in run.columns.items()
+            address: {"unit": run.units[address], **spread(values[window])} for address, values in run.columns.items()
         }
         headline: dict[str, float] = {}
         if experiment.tracking_error in run.columns:
             error = np.degrees(run.columns[experiment.tracking_error][window])
-            headline |= {f"{k}_deg": v for k, v in _spread(error).items()}
+            headline |= {f"{k}_deg": v for k, v in spread(error).items()}
         if quantities is not None:
             headline |= quantities(name, run)
         if headline:
@@ -171,5 +171,7 @@ def statistics(
     return found
 
 
-def _spread(values: Any) -> dict[str, float]:
+def spread(values: Any) -> dict[str, float]:
+    """Mean, standard deviation and peak-to-peak value of a signal."""
+    values = np.asarray(values, dtype=float)  # a Boolean counts as 0 or 1
     return {"mean": float(np.mean(values)), "std": float(np.std(values)), "peak_to_peak": float(np.ptp(values))}

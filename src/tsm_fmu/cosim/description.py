@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+import re
 import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -24,23 +28,31 @@ KINDS = {
 }
 """FMI 2.0 and 3.0 type name to the four kinds that a connection may join."""
 
+MOST_ELEMENTS = 10_000
+"""An array with more elements is left out: each would be a column."""
+
+_LIBRARY = re.compile(r"[A-Za-z0-9_.+-]*[A-Za-z0-9_]")
+
 
 @dataclass(frozen=True)
 class Port:
-    """One scalar variable of an FMU.
+    """One scalar variable of an FMU, or one element of an array (FMI 3.0).
 
     Attributes
     ----------
     name, fmi_type, kind : str
-        Variable name, type as the FMU declares it, and one of Real, Integer, Boolean, String.
+        Name (``A[1,2]`` for an element, counted from 1), type as the FMU declares it, and one of Real, Integer,
+        Boolean, String.
     causality, variability : str
         As in the model description.
     unit : str
         Declared unit; empty if none.
     reference : int
-        Value reference.
+        Value reference of the variable.
     start : str or None
         Start value as written.
+    array : str
+        Name of the array that this is an element of; empty for a scalar.
     """
 
     name: str
@@ -51,6 +63,7 @@ class Port:
     unit: str
     reference: int
     start: str | None
+    array: str = ""
 
 
 @dataclass(frozen=True)
@@ -71,22 +84,33 @@ class Description:
 
     @cached_property
     def ports(self) -> dict[str, Port]:
-        """Scalar variables by name; arrays, binaries and clocks (FMI 3.0) are left out."""
-        found = {}
-        for v in self.model.modelVariables:
-            if v.type in KINDS and not v.dimensions:
-                unit = v.unit or (v.declaredType.unit if v.declaredType is not None else None) or ""
-                found[v.name] = Port(
-                    v.name,
-                    v.type,
-                    KINDS[v.type],
-                    v.causality or "local",
-                    v.variability or "",
-                    unit,
-                    v.valueReference,
-                    v.start,
-                )
-        return found
+        """Scalar variables and elements of arrays by name; `left_out` are not among them."""
+        return {port.name: port for v in self.model.modelVariables if _usable(v) for port in _ports(v)}
+
+    @cached_property
+    def arrays(self) -> dict[str, tuple[str, ...]]:
+        """Names of the elements of each array (FMI 3.0), last index fastest, as FMI hands them over."""
+        found: dict[str, list[str]] = {}
+        for port in self.ports.values():
+            if port.array:
+                found.setdefault(port.array, []).append(port.name)
+        return {name: tuple(elements) for name, elements in found.items()}
+
+    @cached_property
+    def left_out(self) -> dict[str, str]:
+        """Outputs that no table of numbers can hold, by name: what they are."""
+        outputs = [v for v in self.model.modelVariables if v.causality == "output"]
+        left = {v.name: v.type if v.type not in KINDS else f"array of {_size(v)}" for v in outputs if not _usable(v)}
+        return left | {p.name: "String" for p in self.outputs if p.kind == "String"}
+
+    def elements(self, name: str) -> tuple[str, ...]:
+        """The elements of an array; of a scalar itself."""
+        return self.arrays.get(name, (name,))
+
+    @cached_property
+    def units(self) -> Mapping[str, Any]:
+        """The FMU's own unit definitions that have a meaning, by name: FMPy's ``BaseUnit``."""
+        return {u.name: u.baseUnit for u in self.model.unitDefinitions if u.baseUnit is not None}
 
     @cached_property
     def inputs(self) -> tuple[Port, ...]:
@@ -110,10 +134,36 @@ class Description:
         """The part of `feedthrough` that the FMU states itself."""
         inputs = {p.name for p in self.inputs}
         return {
-            unknown.variable.name: frozenset(inputs & {v.name for v in unknown.dependencies})
+            output: frozenset(inputs & {e for v in unknown.dependencies for e in self.elements(v.name)})
             for unknown in self.model.outputs
             if unknown.variable is not None and unknown.dependencies is not None
+            for output in self.elements(unknown.variable.name)
         }
+
+
+def _size(variable: Any) -> int:
+    return math.prod(variable.shape or ())
+
+
+def _usable(variable: Any) -> bool:
+    return variable.type in KINDS and _size(variable) <= MOST_ELEMENTS
+
+
+def _ports(variable: Any) -> list[Port]:
+    """One port for a scalar, one for each element of an array."""
+    v = variable
+    unit = v.unit or (v.declaredType.unit if v.declaredType is not None else None) or ""
+    common = (v.type, KINDS[v.type], v.causality or "local", v.variability or "", unit, v.valueReference)
+    if not v.dimensions:
+        return [Port(v.name, *common, v.start)]
+    starts = [v.start] if v.start is None or KINDS[v.type] == "String" else str(v.start).split()
+    if len(starts) != _size(v):  # one value for all elements
+        starts = starts[:1] * _size(v)
+    indices = product(*(range(1, n + 1) for n in v.shape))
+    return [
+        Port(f"{v.name}[{','.join(map(str, index))}]", *common, start, v.name)
+        for index, start in zip(indices, starts, strict=True)
+    ]
 
 
 def describe(path: Path | str) -> Description:
@@ -141,6 +191,9 @@ def describe(path: Path | str) -> Description:
         raise InputError(f"FMU {path} is FMI {model.fmiVersion} -- expected FMI 2.0 or 3.0 -- export it again")
     if model.coSimulation is None:
         raise InputError(f"FMU {path} has no co-simulation interface -- expected one -- export it for co-simulation")
+    library = model.coSimulation.modelIdentifier or ""
+    if not _LIBRARY.fullmatch(library) or ".." in library:  # it names the library that is loaded
+        raise InputError(f"FMU {path} has the modelIdentifier {library!r} -- expected a plain name -- do not use it")
     return Description(path, model)
 
 

@@ -25,6 +25,7 @@ from fmpy.fmi1 import FMICallException
 
 from ..models.contract import InputError
 from .description import Description, Port
+from .start_values import typed_value
 from .system import Value
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
@@ -90,6 +91,11 @@ class FmuInstance:
     inputs, outputs : sequence of str
         Variables that the step loop sets and gets.
 
+    Attributes
+    ----------
+    ended_at : float or None
+        Time that the FMU reached when it asked to end the simulation [s]; None while it goes on.
+
     Raises
     ------
     FmuFailure
@@ -102,6 +108,7 @@ class FmuInstance:
         self.name, self.description = name, description
         self._fmi3 = description.fmi == 3
         self._stage = "new"
+        self.ended_at: float | None = None
         self._log = _log.setdefault(name, deque(maxlen=20))
         arguments = {
             "guid": description.model.guid,
@@ -127,7 +134,10 @@ class FmuInstance:
                 f"FMU {name} ({description.path.name}) cannot be loaded: {self.last_log or _first_line(failure)} -- "
                 f"expected a library for {fmpy.platform_tuple} that instantiates -- {hint}, or for this platform"
             ) from failure
-        _keep_python_namespace(directory)
+        self._python = (directory / "resources" / "slavemodule.txt").is_file()
+        """Whether PythonFMU runs it, which calls every discarded step a request to end the simulation."""
+        if self._python:
+            _keep_python_namespace(directory)
         self.inputs = self._blocks(inputs, "Set")
         self.outputs = self._blocks(outputs, "Get")
         self._do_step = self._stepper()
@@ -157,19 +167,35 @@ class FmuInstance:
 
     def set_start_values(self, values: Mapping[str, Value]) -> None:
         """Set parameters and other start values before initialisation."""
-        for name, value in values.items():
-            (block,) = self._blocks([name], "Set")
-            block.values[0] = value.encode() if isinstance(value, str) else value
-            self._check(block.call(), f"set {name} = {value!r}", None)
+        ports = self.description.ports
+        variables: dict[str, str] = {}
+        for name in values:
+            variables.setdefault(ports[name].array or name, name)
+        for element in variables.values():
+            (block,) = self._blocks([element], "Set")  # an array is set as a whole, with the elements that are given
+            given = {name: value for name, value in values.items() if name in block.names}
+            for name, value in given.items():
+                block.values[block.names.index(name)] = value.encode() if isinstance(value, str) else value
+            what = ", ".join(f"{name} = {value!r}" for name, value in given.items())
+            self._check(block.call(), f"set {what}", None)
+        for block in self.inputs:  # elements of an array of which others are connected
+            for name in values.keys() & set(block.names):
+                value = values[name]
+                block.values[block.names.index(name)] = value.encode() if isinstance(value, str) else value
 
-    def enter_initialization(self, start: float, stop: float | None) -> None:
-        """Set the experiment up and enter initialisation mode."""
+    def enter_initialization(self, start: float, stop: float | None, values: Mapping[str, Value]) -> None:
+        """Set the experiment up, set start values and enter initialisation mode.
+
+        In this order, as in FMPy: some FMI 2.0 units put all variables to their defaults in setupExperiment.
+        """
         if self._fmi3:
+            self.set_start_values(values)
             self._attempt(
                 partial(self._fmu.enterInitializationMode, None, start, stop), "enterInitializationMode", start
             )
         else:
             self._attempt(partial(self._fmu.setupExperiment, None, start, stop), "setupExperiment", start)
+            self.set_start_values(values)
             self._attempt(self._fmu.enterInitializationMode, "enterInitializationMode", start)
         self._stage = "initialising"
 
@@ -211,10 +237,23 @@ class FmuInstance:
                 self._check(status, f"get {', '.join(block.names)}", time)
 
     def step(self, time: float, dt: float) -> None:
-        """Advance from ``time`` by ``dt`` [s]."""
+        """Advance from ``time`` by ``dt`` [s]; an FMU that asks to end the simulation has not failed (`ended_at`)."""
         status = self._do_step(time, dt)
-        if status > WARNING:
+        if status == DISCARD and not self._fmi3 and not self._python:
+            self.ended_at = self._terminated()
+        if status > WARNING and self.ended_at is None:
             self._check(status, "doStep", time)
+
+    def _terminated(self) -> float | None:
+        """Last time that an FMI 2.0 unit reached, if its discarded step was a request to end the simulation."""
+        said = tuple(self._log)
+        try:
+            if self._fmu.getBooleanStatus(fmpy.fmi2.fmi2Terminated):
+                return self._fmu.getRealStatus(fmpy.fmi2.fmi2LastSuccessfulTime)
+        except Exception:  # most FMUs do not implement the question; what they log on it is no reason
+            self._log.clear()
+            self._log.extend(said)
+        return None
 
     def close(self) -> None:
         """Terminate and free: after an error only the freeing is allowed, after Fatal nothing is."""
@@ -230,21 +269,27 @@ class FmuInstance:
         _log.pop(self.name, None)
 
     def _blocks(self, names: Sequence[str], verb: str) -> list[Block]:
-        grouped: dict[str, list[Port]] = {}
+        """One block for each type that the variables have; of an array all elements are in it."""
+        ports = self.description.ports
+        grouped: dict[str, dict[str, tuple[str, ...]]] = {}
         for name in names:
-            port = self.description.ports[name]
-            kind = port.fmi_type
+            kind = ports[name].fmi_type
             if kind == "Enumeration":
                 kind = "Int64" if self._fmi3 else "Integer"
-            grouped.setdefault(kind, []).append(port)
-        return [self._block(kind, ports, verb) for kind, ports in grouped.items()]
+            variable = ports[name].array or name
+            grouped.setdefault(kind, {})[variable] = self.description.elements(variable)
+        return [
+            self._block(kind, [[ports[e] for e in elements] for elements in variables.values()], verb)
+            for kind, variables in grouped.items()
+        ]
 
-    def _block(self, kind: str, ports: Sequence[Port], verb: str) -> Block:
+    def _block(self, kind: str, variables: Sequence[Sequence[Port]], verb: str) -> Block:
         c_type = ctypes.c_bool if self._fmi3 and kind == "Boolean" else _C_TYPES[kind]
-        references = (ctypes.c_uint * len(ports))(*(p.reference for p in ports))
-        values = (c_type * len(ports))()
+        ports = [port for elements in variables for port in elements]
+        references = (ctypes.c_uint * len(variables))(*(elements[0].reference for elements in variables))
+        values = (c_type * len(ports))(*(_start(port) for port in ports))
         function = self._fmu._functions[f"fmi{self.description.fmi}{verb}{kind}"]
-        sizes = (len(ports), values, len(ports)) if self._fmi3 else (len(ports), values)
+        sizes = (len(variables), values, len(ports)) if self._fmi3 else (len(variables), values)
         return Block(tuple(p.name for p in ports), values, partial(function, self._fmu.component, references, *sizes))
 
     def _stepper(self) -> Callable[[float, float], int]:
@@ -260,8 +305,7 @@ class FmuInstance:
         def step(time: float, dt: float) -> int:
             status = function(component, time, dt, True, *results)
             if terminate.value and status <= WARNING:
-                self._log.append("the FMU asks to terminate the simulation")
-                return DISCARD
+                self.ended_at = reached.value if reached.value > time else time + dt
             return status
 
         return step
@@ -304,7 +348,7 @@ def _keep_python_namespace(directory: Path) -> None:
     Without this the namespace is freed while in use, and the process crashes some instances later.
     """
     script = directory / "resources" / "slavemodule.txt"
-    module = sys.modules.get(script.read_text(encoding="utf-8").strip()) if script.is_file() else None
+    module = sys.modules.get(script.read_text(encoding="utf-8").strip())
     if module is not None:
         _kept.append(vars(module))
 
@@ -338,6 +382,17 @@ def _callbacks() -> Any:
 
         addLoggerProxy(ctypes.byref(callbacks))
     return callbacks
+
+
+def _start(port: Port) -> Any:
+    """The declared start value of a variable as its buffer has it: what an element that nobody sets keeps."""
+    if port.kind == "String":
+        return (port.start or "").encode()
+    try:
+        value = typed_value(port.name, port, port.start or 0)
+    except InputError:  # an FMU's own number that is none: what is set replaces it
+        return 0
+    return value
 
 
 def _first_line(failure: Exception) -> str:

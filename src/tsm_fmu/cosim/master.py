@@ -18,7 +18,7 @@ from typing import Any
 from ..models.contract import InputError
 from .fmu_instance import FmuFailure, FmuInstance
 from .order import Schedule, schedule
-from .recorder import Recorder, Selection, select
+from .recorder import Recorder, Selection, left_out, select
 from .system import Link, System, Wiring, check_system
 from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 from .unpack import unpacked
@@ -83,7 +83,8 @@ def simulate_system(
     selection = select(wiring, record)
     with ExitStack() as stack:
         instances = _instantiate(wiring, selection, stack)
-        recorder = Recorder(selection, instances, 1 + steps // decimation)
+        notes = (*system.notes, *left_out(wiring, record))
+        recorder = Recorder(selection, instances, 2 + steps // decimation, notes)
         order = [instances[name] for name in plan.components]
         transfers = {name: _transfers(name, wiring, instances) for name in instances}
         try:
@@ -95,6 +96,9 @@ def simulate_system(
                 for k in range(steps):
                     time = start + k * step
                     exchange(plain, time, step)
+                    if ended := [i for i in order if i.ended_at is not None]:
+                        _store_end(recorder, ended, len(order), start + (k + 1) * step)
+                        break
                     if (k + 1) % decimation == 0:
                         recorder.store(start + (k + 1) * step)
                     advance(k + 1)
@@ -103,6 +107,16 @@ def simulate_system(
         except FmuFailure as failure:
             raise SimulationStopped(str(failure), recorder.trajectory(str(failure))) from failure
         return recorder.finished()
+
+
+def _store_end(recorder: Recorder, ended: Sequence[FmuInstance], running: int, time: float) -> None:
+    """The last row of a run that FMUs asked to end: where they stopped within the step, only if they are alone."""
+    reached = min(instance.ended_at or 0.0 for instance in ended)
+    whole = abs(reached - time) <= 1e-9 * abs(time)
+    if whole or running == 1:
+        recorder.store(time if whole else reached)
+    for instance in ended:
+        recorder.note(f"FMU {instance.name} ({instance.description.path.name}) ended the run at t = {reached:g} s")
 
 
 def _steps(start: float, stop: float, step: float) -> int:
@@ -161,9 +175,7 @@ def _initialise(
     before it leaves.
     """
     for component in wiring.system.components:
-        instances[component.name].set_start_values(component.parameters)
-    for instance in instances.values():
-        instance.enter_initialization(start, None)
+        instances[component.name].enter_initialization(start, None, component.parameters)
     for instance in instances.values():
         instance.get_outputs(start)
     # with its own start values as inputs; round a loop one that has failed would leave none with finite inputs

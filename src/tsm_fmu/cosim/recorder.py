@@ -28,10 +28,12 @@ def select(wiring: Wiring, wanted: Sequence[str] | None) -> dict[str, tuple[str,
     for address in wiring.descriptions if wanted is None else wanted:
         component, dot, variable = address.partition(".")
         description = wiring.descriptions.get(component)
-        if description is None or (dot and variable not in description.ports):
+        elements = (variable,) if description is None else description.elements(variable)
+        if description is None or (dot and elements[0] not in description.ports):
             known = wiring.descriptions if description is None else [f"{component}.{n}" for n in description.ports]
             raise InputError(f"record {address!r} -- expected one of {', '.join(known)} -- correct the name")
-        ports = [description.ports[variable]] if dot else [p for p in description.outputs if p.kind != "String"]
+        ports = description.outputs
+        ports = [description.ports[n] for n in elements] if dot else [p for p in ports if p.kind != "String"]
         for port in ports:
             if port.kind == "String":
                 raise InputError(
@@ -39,6 +41,16 @@ def select(wiring: Wiring, wanted: Sequence[str] | None) -> dict[str, tuple[str,
                 )
             found[f"{component}.{port.name}"] = (component, port.name)
     return found
+
+
+def left_out(wiring: Wiring, wanted: Sequence[str] | None) -> list[str]:
+    """Say which outputs of the components that are recorded as a whole no table of numbers can hold."""
+    whole = [a for a in (wiring.descriptions if wanted is None else wanted) if a in wiring.descriptions]
+    return [
+        f"{component}.{name} is not recorded: {kind}, and the table holds numbers"
+        for component in whole
+        for name, kind in wiring.descriptions[component].left_out.items()
+    ]
 
 
 class Recorder:
@@ -51,11 +63,16 @@ class Recorder:
     instances : mapping of str to FmuInstance
         With the selected variables among their outputs.
     rows : int
-        Rows that a complete run has.
+        Rows that a run has at most.
+    notes : sequence of str
+        What the run's messages begin with.
     """
 
-    def __init__(self, selection: Selection, instances: Mapping[str, FmuInstance], rows: int) -> None:
+    def __init__(
+        self, selection: Selection, instances: Mapping[str, FmuInstance], rows: int, notes: Sequence[str] = ()
+    ) -> None:
         self._selection, self._instances = selection, instances
+        self._notes = list(notes)
         self._time = np.empty(rows)
         self._row = 0
         self._tables = [
@@ -74,6 +91,10 @@ class Recorder:
             table[row] = values
         self._row = row + 1
 
+    def note(self, text: str) -> None:
+        """Add to what the run's messages begin with."""
+        self._notes.append(text)
+
     def trajectory(self, incomplete: str = "") -> Trajectory:
         """Return the rows stored so far."""
         stored = {
@@ -86,7 +107,7 @@ class Recorder:
             name: stored[address].astype(bool) if ports[name].kind == "Boolean" else stored[address]
             for name, address in self._selection.items()
         }
-        messages = tuple(line for instance in self._instances.values() for line in instance.messages)
+        messages = (*self._notes, *(line for instance in self._instances.values() for line in instance.messages))
         units = {n: p.unit or "1" for n, p in ports.items()}
         return Trajectory(self._time[: self._row], columns, units, incomplete, messages)
 

@@ -7,7 +7,7 @@ t_k+1. The first row is the one of initialisation. Results are thus not one samp
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from ..models.contract import InputError, Quantity, Variable
 from .description import Description, describe
 from .fmu_instance import FmuFailure, FmuInstance
 from .master import interruptible
-from .recorder import Recorder, select
+from .recorder import Recorder, left_out, select
 from .system import Component, System, Value, check_system
 from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 from .unpack import unpacked
@@ -72,7 +72,7 @@ def replay(
         unpacked(component.fmu) as directory,
         FmuInstance(name, description, directory, driven, [v for _, v in selection.values()]) as instance,
     ):
-        recorder = Recorder(selection, {name: instance}, len(rows))
+        recorder = Recorder(selection, {name: instance}, len(rows), [*notes, *left_out(wiring, None)])
         ports = [instance.port(variable, "inputs") for variable in driven]
         time = record.time.tolist()
 
@@ -82,8 +82,7 @@ def replay(
             instance.set_inputs(time[k])
 
         try:
-            instance.set_start_values(component.parameters)
-            instance.enter_initialization(time[0], None)
+            instance.enter_initialization(time[0], None, component.parameters)
             set_row(0)
             instance.exit_initialization(time[0])
             instance.get_outputs(time[0])
@@ -93,11 +92,16 @@ def replay(
                     set_row(k + 1)
                     instance.step(time[k], dt)
                     instance.get_outputs(time[k + 1])
+                    if instance.ended_at is not None:
+                        recorder.note(f"FMU {fmu} ended the run at t = {instance.ended_at:g} s")
+                        if instance.ended_at < time[k + 1] - 1e-6 * dt:
+                            break  # within the step: no row of the record
+                        recorder.store(time[k + 1])
+                        break
                     recorder.store(time[k + 1])
                     if interrupted():
                         raise SimulationInterrupted(_in_si(recorder.trajectory("interrupted")))
-            run = _in_si(recorder.finished())
-            return replace(run, messages=(*notes, *run.messages))
+            return _in_si(recorder.finished())
         except FmuFailure as failure:
             raise SimulationStopped(str(failure), _in_si(recorder.trajectory(str(failure)))) from failure
 
@@ -115,18 +119,23 @@ def check_measured(record: Record, units: Mapping[str, str]) -> None:
 def agreement(time: FloatArray, columns: Mapping[str, FloatArray], record: Record) -> dict[str, scores.Agreement]:
     """Compare simulated channels with those of the same name in the record (`check_measured`), row by row.
 
+    A simulation that ended early is compared as far as it went.
+
     Raises
     ------
     InputError
-        If the rows differ in number.
+        If the times are not those of the record.
     """
-    if time.size != record.time.size:
+    rows = time.size
+    if not np.array_equal(time, record.time[:rows]):
         raise InputError(
-            f"{time.size} simulated rows for {record.time.size} of {record.name} -- expected as many "
-            "-- compare with the record that was replayed"
+            f"{rows} simulated rows for {record.time.size} of {record.name}, at other times -- expected those of the "
+            "record -- compare with the record that was replayed"
         )
     return {
-        name: scores.agreement(record.units[name], [record.columns[name]], [simulated - record.columns[name]])
+        name: scores.agreement(
+            record.units[name], [record.columns[name][:rows]], [simulated - record.columns[name][:rows]]
+        )
         for name, simulated in columns.items()
         if name in record.columns
     }

@@ -20,7 +20,8 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]
 from ..logs.units import unit_to_si
 from ..models.contract import InputError
 from .description import Description, describe
-from .system import Component, Connection, Experiment, System, Value, typed_value, unknown_variable
+from .start_values import start_values
+from .system import Component, Connection, Experiment, System, Value
 from .unpack import unpacked
 
 Case = tuple[System, Experiment]
@@ -160,15 +161,12 @@ def _write_parameters(node: Any, component: Component, description: Description)
     values = etree.SubElement(binding, f"{SSD}ParameterValues")
     table = etree.SubElement(values, f"{SSV}ParameterSet", version="1.0", name=f"{component.name} parameters")
     parameters = etree.SubElement(table, f"{SSV}Parameters")
-    for name, value in component.parameters.items():
-        port = description.ports.get(name)
-        if port is None:
-            raise unknown_variable(component.name, description, name)
-        value = typed_value(f"{component.name}.{name}", port, value)
+    for name, value in start_values(component.name, description, component.parameters).items():
         text = (
             str(value).lower() if isinstance(value, bool) else repr(value) if isinstance(value, float) else str(value)
         )
-        etree.SubElement(etree.SubElement(parameters, f"{SSV}Parameter", name=name), SSV + port.kind, value=text)
+        kind = description.ports[name].kind
+        etree.SubElement(etree.SubElement(parameters, f"{SSV}Parameter", name=name), SSV + kind, value=text)
 
 
 def _write_connection(connections: Any, connection: Connection) -> None:

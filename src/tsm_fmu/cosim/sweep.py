@@ -16,7 +16,8 @@ from ..logs.table import write_table
 from ..models.contract import InputError
 from .cases import Quantities, run_cases, statistics, with_values
 from .ssp import Case
-from .system import check_system, typed_value
+from .start_values import typed_value
+from .system import check_system
 from .trajectory import SimulationInterrupted, SimulationStopped
 
 MOST_POINTS = 100_000

@@ -10,11 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..logs.units import same_quantity, unit_to_si
 from ..models.contract import InputError
+from .conversion import conversion
 from .description import Description, Port, describe
-
-Value = float | int | bool | str
+from .start_values import Value, article, start_values
 
 
 @dataclass(frozen=True)
@@ -28,7 +27,8 @@ class Component:
     fmu : Path
         The FMU file.
     parameters : mapping of str to value
-        Start values by variable name in the FMU's own units; an input that is not connected gets its value here.
+        Start values by variable name in the FMU's own units; an input that is not connected gets its value here. An
+        array takes a text of all its elements, or values by ``name[i]``.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Component:
 
 @dataclass(frozen=True)
 class Connection:
-    """A signal from an output to an input, ``component.variable`` each.
+    """A signal from an output to an input, ``component.variable`` each; arrays of one size element by element.
 
     The value is converted from the unit of the source to that of the target where both declare one
     (``convert_units``; a port in ``1`` takes any), then ``target = factor * source + offset``: the linear
@@ -54,11 +54,22 @@ class Connection:
 
 @dataclass(frozen=True)
 class System:
-    """Components and the connections between them."""
+    """Components and the connections between them.
+
+    Attributes
+    ----------
+    components, connections : tuple
+        What it is made of.
+    name : str
+        What messages call it.
+    notes : tuple of str
+        What a user should know of how it came about; a run says it.
+    """
 
     components: tuple[Component, ...]
     connections: tuple[Connection, ...]
     name: str = "system"
+    notes: tuple[str, ...] = ()
 
     def with_values(self, values: Mapping[str, Value]) -> System:
         """Return the system with start values replaced, by ``component.variable``.
@@ -161,10 +172,9 @@ def check_system(system: System) -> Wiring:
         descriptions[component.name] = describe(component.fmu)
     _check_instances(system, descriptions)
     components = tuple(
-        replace(c, parameters={n: _start_value(c.name, descriptions[c.name], n, v) for n, v in c.parameters.items()})
-        for c in system.components
+        replace(c, parameters=start_values(c.name, descriptions[c.name], c.parameters)) for c in system.components
     )
-    links = tuple(_link(connection, descriptions) for connection in system.connections)
+    links = tuple(link for connection in system.connections for link in _links(connection, descriptions))
     _check_inputs(components, descriptions, links)
     return Wiring(replace(system, components=components), descriptions, links)
 
@@ -181,7 +191,7 @@ def _check_instances(system: System, descriptions: Mapping[str, Description]) ->
         seen[model.guid] = component.name
 
 
-def _port(address: str, side: str, descriptions: Mapping[str, Description]) -> tuple[str, Port]:
+def _ports(address: str, side: str, descriptions: Mapping[str, Description]) -> tuple[str, tuple[Port, ...]]:
     component, dot, variable = address.partition(".")
     if not dot or component not in descriptions:
         raise InputError(
@@ -189,22 +199,42 @@ def _port(address: str, side: str, descriptions: Mapping[str, Description]) -> t
             "-- correct the name"
         )
     description = descriptions[component]
-    if variable not in description.ports:
-        names = [p.name for p in (description.outputs if side == "source" else description.inputs)]
+    elements = description.elements(variable)
+    if elements[0] not in description.ports:
+        names = [p.array or p.name for p in (description.outputs if side == "source" else description.inputs)]
         raise InputError(
             f"{side} {address!r} of a connection: {description.path.name} has no variable {variable!r} -- expected "
-            f"one of {', '.join(names) or 'none at all'} -- correct the name"
+            f"one of {', '.join(dict.fromkeys(names)) or 'none at all'} -- correct the name"
         )
-    return component, description.ports[variable]
+    return component, tuple(description.ports[name] for name in elements)
 
 
-def _link(connection: Connection, descriptions: Mapping[str, Description]) -> Link:
-    source_component, source = _port(connection.source, "source", descriptions)
-    target_component, target = _port(connection.target, "target", descriptions)
-    text = f"connection {connection.source} -> {connection.target}"
+def _links(connection: Connection, descriptions: Mapping[str, Description]) -> list[Link]:
+    source_component, sources = _ports(connection.source, "source", descriptions)
+    target_component, targets = _ports(connection.target, "target", descriptions)
+    if len(sources) != len(targets):
+        raise InputError(
+            f"connection {connection.source} -> {connection.target} joins {len(sources)} to {len(targets)} elements "
+            "-- expected arrays of one size -- connect single elements, as in name[1]"
+        )
+    pairs = zip(sources, targets, strict=True)
+    return [
+        _link(connection, source_component, source, target_component, target, descriptions) for source, target in pairs
+    ]
+
+
+def _link(
+    connection: Connection,
+    source_component: str,
+    source: Port,
+    target_component: str,
+    target: Port,
+    descriptions: Mapping[str, Description],
+) -> Link:
+    text = f"connection {source_component}.{source.name} -> {target_component}.{target.name}"
     if source.causality != "output" or target.causality != "input":
         raise InputError(
-            f"{text} goes from {_article(source.causality)} to {_article(target.causality)} -- expected from an output "
+            f"{text} goes from {article(source.causality)} to {article(target.causality)} -- expected from an output "
             "to an input -- turn it round or choose another port"
         )
     if source.kind != target.kind:
@@ -223,7 +253,12 @@ def _link(connection: Connection, descriptions: Mapping[str, Description]) -> Li
             )
         scale, shift = 1.0, 0.0
     elif connection.convert_units and source.unit and target.unit:
-        scale, shift = _conversion(source.unit, target.unit, text)
+        scale, shift = conversion(
+            source.unit,
+            target.unit,
+            f"{text} joins",
+            (descriptions[source_component].units, descriptions[target_component].units),
+        )
     else:
         scale, shift = 1.0, 0.0
     return Link(
@@ -233,75 +268,6 @@ def _link(connection: Connection, descriptions: Mapping[str, Description]) -> Li
         connection.factor * scale,
         connection.factor * shift + connection.offset,
     )
-
-
-def _article(causality: str) -> str:
-    return f"{'an' if causality[0] in 'aeiou' else 'a'} {causality}"
-
-
-def _conversion(source: str, target: str, text: str) -> tuple[float, float]:
-    """Scale and shift from one unit to another; ``1`` (a `Sum`, say) takes and gives any unit unchanged."""
-    if source == target or "1" in (source, target):
-        return 1.0, 0.0
-    try:
-        if same_quantity(source, target):
-            here, there = unit_to_si(source), unit_to_si(target)
-            return here.factor / there.factor, (here.offset - there.offset) / there.factor
-    except InputError:
-        pass  # a unit that pint does not know fits only itself
-    raise InputError(
-        f"{text} joins [{source}] to [{target}] -- expected units that convert into each other -- choose another "
-        "port, or switch the unit conversion of this connection off and state a factor"
-    )
-
-
-def _start_value(component: str, description: Description, name: str, value: Value) -> Value:
-    address = f"{component}.{name}"
-    port = description.ports.get(name)
-    if port is None:
-        raise unknown_variable(component, description, name)
-    if port.causality in ("output", "independent", "calculatedParameter") or port.variability == "constant":
-        raise InputError(
-            f"start value {address!r} is {_article(port.causality)} -- expected a parameter or an input -- leave it out"
-        )
-    return typed_value(address, port, value)
-
-
-def unknown_variable(component: str, description: Description, name: str) -> InputError:
-    """The error for a start value of a variable that the FMU does not have."""
-    settable = [p.name for p in description.ports.values() if p.causality in ("parameter", "input")]
-    return InputError(
-        f"start value '{component}.{name}': {description.path.name} has no such variable -- expected one of "
-        f"{', '.join(settable) or 'none at all'} -- correct the name"
-    )
-
-
-def typed_value(address: str, port: Port, value: Value) -> Value:
-    """Convert ``value`` (perhaps text from a command line) to the type of ``port``.
-
-    Raises
-    ------
-    InputError
-        If it does not fit.
-    """
-    text = str(value).strip()
-    try:
-        if port.kind == "String":
-            return str(value)
-        if port.kind == "Boolean":
-            return {"true": True, "1": True, "false": False, "0": False}[text.lower()]
-        number = float(value)
-        if port.kind == "Integer":
-            if number != int(number):
-                raise ValueError
-            return int(number)
-        if math.isfinite(number):
-            return number
-    except (KeyError, ValueError, OverflowError, TypeError):
-        pass
-    wanted = {"Real": "a finite number", "Integer": "an integer", "Boolean": "true or false", "String": "a text"}
-    unit = f" [{port.unit}]" if port.unit else ""
-    raise InputError(f"start value {address} = {value!r} -- expected {wanted[port.kind]}{unit} -- correct it")
 
 
 def _check_inputs(

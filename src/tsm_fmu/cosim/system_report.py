@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-
 from .. import __version__
 from ..report import Line, Section, Table, time_figure, write_report
+from .cases import spread
 from .order import schedule
 from .ssp import Case
 from .system import check_system
@@ -32,10 +31,7 @@ def _section(name: str, case: Case, run: Trajectory) -> Section:
         f"{experiment.method}, in the order {', '.join(plan.components)}. "
         f"One step late: {', '.join(late) or 'nothing'}. Statistics from {run.time[window][0]:g} s on."
     )
-    rows = [
-        (column, run.units[column], float(np.mean(v[window])), float(np.std(v[window])), float(np.ptp(v[window])))
-        for column, v in run.columns.items()
-    ]
+    rows = [(column, run.units[column], *spread(v[window]).values()) for column, v in run.columns.items()]
     by_unit: dict[str, list[Line]] = {}
     for column, values in run.columns.items():
         by_unit.setdefault(run.units[column], []).append(Line(column, run.time, values))

@@ -29,7 +29,7 @@ __all__ = ["FIRST_ROW", "Column", "read_table", "write_table"]
 
 FloatArray = NDArray[np.float64]
 FIRST_ROW = 2
-_CELL = re.compile(r"^(?P<name>[^\[\]]+?)\s*\[(?P<unit>[^\[\]]*)\]$")
+_CELL = re.compile(r"^(?P<name>[^\[\]]+?(\[[\d,]+\][^\[\]]*?)*)\s*\[(?P<unit>[^\[\]]*)\]$")
 _MISSING = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "#N/A", "null", "NULL", "None"]
 
 
