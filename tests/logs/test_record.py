@@ -7,9 +7,10 @@ import pickle
 import numpy as np
 import pytest
 
-from tsm_fmu.cli.runs import ReadOptions, read_runs
+from tsm_fmu.cli.runs import read_runs
 from tsm_fmu.logs.record import Record, read_record, write_record
 from tsm_fmu.models.contract import InputError
+from tsm_fmu.verbs.runs import records_of
 
 LOG = "time [ms],Motor angle [deg],tau_in [mN.m]\n0.5,30,-2.5\n1.75,-45,7\n2.25,90,1e2\n"
 
@@ -143,21 +144,22 @@ def test_run_names_are_unique(tmp_path):
         content = LOG.encode()
         path.write_bytes(gzip.compress(content) if place.endswith("gz") else content)
         paths.append(path)
-    assert [r.name for r in read_runs(paths[:1])] == ["00"]
-    assert [r.name for r in read_runs(paths[:2])] == ["one/00", "two/00"]
-    names = [r.name for r in read_runs(paths)]
+    assert [r.name for r in records_of(paths[:1])] == ["00"]
+    assert [r.name for r in records_of(paths[:2])] == ["one/00", "two/00"]
+    names = [r.name for r in records_of(paths)]
     assert len(set(names)) == 4
     assert names[3] == "01"
     with pytest.raises(InputError, match="is given 2 times -- expected each run once"):
-        read_runs([paths[0], paths[0].parent / ".." / "one" / "00.csv"])
+        records_of([paths[0], paths[0].parent / ".." / "one" / "00.csv"])
 
 
-def test_options_of_the_command_line():
-    options = ReadOptions.of(1.5, None, ["motor=x_in"], ["x_in=-1"])
-    assert options == ReadOptions(1.5, None, {"motor": "x_in"}, {"x_in": -1.0})
+def test_options_of_the_command_line(tmp_path):
+    path = written(tmp_path / "a.csv", "time [s],motor [rad]\n0,1\n1,2\n2,4\n3,8\n")
+    (run,) = read_runs([path], 0.5, None, ["motor=x_in"], ["x_in=-1"])
+    np.testing.assert_array_equal(run.columns["x_in"], [-2.0, -4.0, -8.0])
     with pytest.raises(InputError, match="--scale x_in=minus -- expected a number"):
-        ReadOptions.of(scales=["x_in=minus"])
+        read_runs([path], None, None, [], ["x_in=minus"])
     with pytest.raises(InputError, match="--map 'x_in' -- expected name=value"):
-        ReadOptions.of(maps=["x_in"])
+        read_runs([path], None, None, ["x_in"], [])
     with pytest.raises(InputError, match="--map motor= -- expected a name after '='"):
-        ReadOptions.of(maps=["motor="])
+        read_runs([path], None, None, ["motor="], [])

@@ -6,6 +6,7 @@ Exit codes: 0 done, 2 wrong use or bad input (one line on stderr), 1 a defect of
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 import traceback
@@ -98,6 +99,25 @@ def settings(pairs: Sequence[str], option: str = "--set") -> dict[str, str]:
                 f"{option} {pair!r} -- expected name=value, each name once -- for example {option} alpha=10"
             )
         found[name] = value
+    return found
+
+
+def number_settings(pairs: Mapping[str, str], option: str = "--set") -> dict[str, float]:
+    """Values of ``name=value`` options as numbers.
+
+    Raises
+    ------
+    InputError
+        If a value is not a finite number.
+    """
+    found = {}
+    for name, text in pairs.items():
+        try:
+            found[name] = float(text)
+        except ValueError:
+            found[name] = math.nan
+        if not math.isfinite(found[name]):
+            raise InputError(f"{option} {name}={text} -- expected a finite number -- for example {name}=0.5")
     return found
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
-from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
 
@@ -24,16 +23,17 @@ from ..fmu.validate import validate_fmu
 from ..identification.fit import Fit, fit
 from ..identification.result import model_card
 from ..kernels.kernel import Kernel, kernel
-from ..logs.record import Record, read_record
+from ..logs.record import Record
 from ..models import MODELS
 from ..models.contract import InputError
 from ..regression.specification import fit_parameters, fit_run, per_run_fields
 from ..report import Line, Section, Table, loop_figure, time_figure, write_report
 from ..scenarios import mssp_feedforward
+from ..verbs.samples import sample
 
 MODEL = "PairedTsmBacklash"
 CHANNEL = "x_out"
-MEASURED, HOLDOUT = "sample_sine.csv.gz", "sample_multisine.csv.gz"
+MEASURED, HOLDOUT = "sine", "multisine"
 CASES = ("periodic.uncompensated", "periodic.law_1", "periodic.b065_law_1")
 SETTLED = 2.0
 """Seconds at the start of a run that are not scored."""
@@ -65,7 +65,7 @@ def run_demo(out: Path, said: Callable[[str], None] = lambda _: None) -> Path:
     runs = run_cases(cases, record=mssp_feedforward.RECORD)
     metrics = statistics(cases, runs)
     said(f"fitting {MODEL} to the sample log")
-    measured, holdout = (_sample(name) for name in (MEASURED, HOLDOUT))
+    measured, holdout = (sample(name) for name in (MEASURED, HOLDOUT))
     fitted, card = _identified(measured, holdout)
     card_path = out / "card.toml"
     write_card(card_path, card)
@@ -76,11 +76,6 @@ def run_demo(out: Path, said: Callable[[str], None] = lambda _: None) -> Path:
     replays = {record.name: _replayed(fmu, card, fitted, record) for record in (measured, holdout)}
     said("writing the report")
     return _report(out, {**fmus, "FittedDrive": fmu}, runs, metrics, fitted, replays, [measured, holdout])
-
-
-def _sample(name: str) -> Record:
-    with as_file(files("tsm_fmu") / "data" / name) as path:
-        return read_record(path)
 
 
 def _identified(measured: Record, holdout: Record) -> tuple[Fit, ModelCard]:

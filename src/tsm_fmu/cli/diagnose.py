@@ -12,9 +12,9 @@ from rich.table import Table
 
 from ..logs.record import cutoff_note
 from ..models.contract import InputError
-from .app import app, print_json, settings
-from .model_argument import model_argument, number_settings
-from .runs import Cutoff, Holdout, Map, Measured, ReadOptions, Scale, Start, Stop, read_runs
+from ..verbs.models import chosen_model
+from .app import app, number_settings, print_json, settings
+from .runs import Cutoff, Holdout, Map, Measured, Scale, Start, Stop, read_runs
 
 if TYPE_CHECKING:
     from ..diagnosis.workflow import Diagnosis
@@ -42,14 +42,12 @@ def diagnose(
     from ..diagnosis.report.write import write_diagnosis
     from ..diagnosis.workflow import diagnose as find
 
-    chosen = model_argument(model)
+    chosen = chosen_model(model)
     if out.exists() and not out.is_dir():
         raise InputError(f"--out {out} -- expected a folder, this is a file -- choose another name")
-    values = {n: p.value for n, p in chosen.card.parameters.items()} if chosen.card else {}
-    values |= number_settings(settings(set_))
+    values = chosen.values | number_settings(settings(set_))
     chosen.kernel.params(chosen.preset or None, values)
-    fixed = [n for n, p in chosen.card.parameters.items() if p.fixed] if chosen.card else []
-    records = read_runs([*measured, *reference, *holdout], ReadOptions.of(start, stop, maps, scales))
+    records = read_runs([*measured, *reference, *holdout], start, stop, maps, scales)
     split = len(measured) + len(reference)
     used, calm, held = records[: len(measured)], records[len(measured) : split], records[split:]
     console = Console(stderr=True)
@@ -63,8 +61,8 @@ def diagnose(
         status.start()
     try:
         found = find(
-            chosen.kernel, used, values=values, preset=chosen.preset or None, fixed=fixed, reference=calm, holdout=held,
-            cutoff=cutoff, seed=seed, said=said,
+            chosen.kernel, used, values=values, preset=chosen.preset or None, fixed=chosen.fixed,
+            reference=calm, holdout=held, cutoff=cutoff, seed=seed, said=said,
         )  # fmt: skip
         said("card, FMU, report")
         data = write_diagnosis(out, found, used, held, preset=chosen.preset, reference=calm, seed=seed)

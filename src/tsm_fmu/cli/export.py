@@ -22,15 +22,14 @@ def export(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Make an FMU whose start values are those of a model card."""
-    from ..fmu.build import build_fmu
+    from ..verbs.export import export as write_fmu
 
     check_flavour(flavour, fmi)
     check_output_file(out, (".fmu",))
     model = read_card(card)
-    kernel = model.kernel()
-    starts = {v.name: value for v, value in zip(kernel.parameters, model.params(), strict=True)}
-    path = build_fmu(kernel, out, start_values=starts)
+    path = write_fmu(model, out)
     if as_json:
-        print_json({"fmu": str(path), "model": kernel.name, "parameters": starts})
+        kernel = model.kernel()
+        print_json({"fmu": str(path), "model": kernel.name, "parameters": kernel.named(model.params())})
     else:
         typer.echo(path)

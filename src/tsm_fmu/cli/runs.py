@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..logs.record import Record, read_record
-from ..logs.samples import check_size
 from ..models.contract import InputError
 from .app import settings
 
+if TYPE_CHECKING:
+    from ..logs.record import Record
+
 __all__ = [
-    "Cutoff", "Holdout", "Input", "Map", "Measured", "ReadOptions", "Run", "Scale", "Start", "Stop", "read_runs",
+    "Cutoff", "Holdout", "Input", "Map", "Measured", "Run", "Scale", "Start", "Stop", "read_runs",
 ]  # fmt: skip
 
 _RUN = "CSV, CSV.gz or Parquet with header cells 'name [unit]', first column 'time [s]'"
-Run = Annotated[Path, typer.Argument(metavar="RUN", help=f"Measured run: {_RUN}.", show_default=False)]
+Run = Annotated[list[Path], typer.Argument(metavar="RUN...", help=f"Measured run: {_RUN}.", show_default=False)]
 Measured = Annotated[list[Path], typer.Option("--measured", metavar="RUN", help=f"Run to fit: {_RUN}; repeatable.")]
 Holdout = Annotated[list[Path], typer.Option("--holdout", metavar="RUN", help="Run to judge, not fitted; repeatable.")]
 Input = Annotated[Path, typer.Option("--input", metavar="RUN", help=f"Run to replay: {_RUN}.")]
@@ -52,71 +51,35 @@ Cutoff = Annotated[
 ]
 
 
-@dataclass(frozen=True)
-class ReadOptions:
-    """Options that apply to every run of a command."""
+def read_runs(
+    paths: Sequence[Path], start: float | None, stop: float | None, maps: Sequence[str], scales: Sequence[str]
+) -> list[Record]:
+    """Read the runs of a command, all with the same options.
 
-    start: float | None = None
-    stop: float | None = None
-    renames: dict[str, str] = field(default_factory=dict)
-    scales: dict[str, float] = field(default_factory=dict)
-
-    @classmethod
-    def of(
-        cls, start: float | None = None, stop: float | None = None, maps: Sequence[str] = (), scales: Sequence[str] = ()
-    ) -> ReadOptions:
-        """From the command line's texts.
-
-        Raises
-        ------
-        InputError
-            If a text is not ``name=value``, repeats a name, or a factor is not a number.
-        """
-        factors = {}
-        for name, text in settings(scales, "--scale").items():
-            try:
-                factors[name] = float(text)
-            except ValueError:
-                raise InputError(f"--scale {name}={text} -- expected a number -- for example {name}=-1") from None
-        renames = settings(maps, "--map")
-        for log, name in renames.items():
-            if not name.strip():
-                raise InputError(f"--map {log}= -- expected a name after '=' -- for example {log}=x_in")
-        return cls(start, stop, renames, factors)
-
-
-def read_runs(paths: Sequence[Path], options: ReadOptions | None = None) -> list[Record]:
-    """Read runs in order, with unique names: the stem, with as many folders as it takes to tell runs apart.
+    Parameters
+    ----------
+    paths : sequence of Path
+    start, stop : float, optional
+        Window [s].
+    maps, scales : sequence of str
+        ``LOG=NAME`` and ``NAME=FACTOR`` as they stand on the command line.
 
     Raises
     ------
     InputError
-        If a file is given twice, or one cannot be read.
+        If a text is not ``name=value``, repeats a name, or a factor is not a number; if a file is given twice or
+        cannot be read.
     """
-    options = options or ReadOptions()
-    whole = [path.expanduser().absolute() for path in paths]
-    for path, times in Counter(p.resolve() for p in whole).items():
-        if times > 1:
-            raise InputError(f"run {path} is given {times} times -- expected each run once -- remove the repetition")
-    records = [
-        read_record(
-            path, renames=options.renames, scales=options.scales, start=options.start, stop=options.stop, name=name
-        )
-        for path, name in zip(paths, _names(whole), strict=True)
-    ]
-    for record in records:
-        check_size(str(record.source), record.time, record.columns, record.first_row)
-    return records
+    from ..verbs.runs import ReadOptions, records_of
 
-
-def _names(paths: Sequence[Path]) -> list[str]:
-    stems = [p.name.removesuffix(".gz").removesuffix(".csv").removesuffix(".parquet") for p in paths]
-    names, depth = list(stems), 0
-    while len(set(names)) < len(names) and depth < max(len(p.parts) for p in paths):
-        depth += 1
-        taken = Counter(names)
-        names = [
-            "/".join((*p.parts[-1 - depth : -1], stem)) if taken[name] > 1 else name
-            for p, stem, name in zip(paths, stems, names, strict=True)
-        ]
-    return names if len(set(names)) == len(names) else [p.name for p in paths]
+    factors = {}
+    for name, text in settings(scales, "--scale").items():
+        try:
+            factors[name] = float(text)
+        except ValueError:
+            raise InputError(f"--scale {name}={text} -- expected a number -- for example {name}=-1") from None
+    renames = settings(maps, "--map")
+    for log, name in renames.items():
+        if not name.strip():
+            raise InputError(f"--map {log}= -- expected a name after '=' -- for example {log}=x_in")
+    return records_of(list(paths), ReadOptions(start, stop, renames, factors))

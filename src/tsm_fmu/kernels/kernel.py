@@ -96,6 +96,10 @@ class Kernel:
         self.check(p)
         return p
 
+    def named(self, p: Any) -> dict[str, float]:
+        """Values of parameters by public name, SI."""
+        return {v.name: v.kind(value) for v, value in zip(self.parameters, p, strict=True)}
+
     def check(self, p: Any) -> None:
         """Raise `InputError` where ``p`` violates a bound or a joint condition."""
         check_bounds(self.parameters, p)

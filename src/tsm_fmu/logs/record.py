@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,8 +16,11 @@ from ..kernels.kernel import Kernel
 from ..models.contract import InputError, Variable
 from .differentiate import differentiate
 from .samples import check_order, check_samples, window_of
-from .table import FIRST_ROW, Column, read_table, write_table
+from .table import FIRST_ROW, Column, frame_table, read_table, write_table
 from .units import same_quantity, unit_to_si
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["KernelInputs", "Record", "cutoff_note", "kernel_inputs", "read_record", "write_record"]
 
@@ -75,6 +79,13 @@ class Record:
     def row(self, sample: int) -> int:
         """Row of the file that holds the sample."""
         return self.first_row + int(sample)
+
+    def to_frame(self) -> pd.DataFrame:
+        """The run as a DataFrame with time as its index and header cells ``name [unit]``, SI."""
+        import pandas as pd
+
+        columns = {f"{name} [{self.units[name]}]": values for name, values in self.columns.items()}
+        return pd.DataFrame(columns, index=pd.Index(self.time, name="time [s]"))
 
     def require(self, name: str, unit: str) -> FloatArray:
         """The channel called ``name``, in the SI unit ``unit``.
@@ -176,7 +187,7 @@ def cutoff_note(cutoff: float | None, records: Sequence[Record], inputs: Sequenc
 
 
 def read_record(
-    path: str | Path,
+    source: str | os.PathLike[str] | pd.DataFrame,
     *,
     renames: Mapping[str, str] | None = None,
     scales: Mapping[str, float] | None = None,
@@ -184,11 +195,12 @@ def read_record(
     stop: float | None = None,
     name: str | None = None,
 ) -> Record:
-    """Read a measured run: CSV, CSV.gz or Parquet, header cells ``name [unit]``, first column time.
+    """Read a measured run: CSV, CSV.gz, Parquet or a DataFrame, header cells ``name [unit]``, first column time.
 
     Parameters
     ----------
-    path : str or Path
+    source : str, Path or DataFrame
+        Units of a DataFrame may also be in ``attrs["units"]``, by column; its time in an index called ``time [s]``.
     renames : mapping of str to str, optional
         Name in the log to variable name; applied first.
     scales : mapping of str to float, optional
@@ -196,15 +208,24 @@ def read_record(
     start, stop : float, optional
         Window [s]; samples outside are left out before their values are judged.
     name : str, optional
-        Short name; the file's stem without it.
+        Short name; without it the file's stem, or ``run`` of a DataFrame.
+
+    Returns
+    -------
+    Record
 
     Raises
     ------
     InputError
         One line with file, row and column for whatever is wrong with the file or the options.
     """
-    path = Path(path)
-    table, digest = read_table(path)
+    if isinstance(source, (str, os.PathLike)):
+        path = Path(source)
+        table, digest = read_table(path)
+        stem, file = path.name.removesuffix(".gz").removesuffix(".csv").removesuffix(".parquet"), path
+    else:
+        path, stem, file = Path(name or "DataFrame"), "run", None  # a label for messages
+        table, digest = frame_table(str(path), source)
     table = _renamed(path, table, renames or {})
     factors = _factors(path, [c.name for c in table[1:]], renames or {}, scales or {})
     time = _time(path, table[0])
@@ -219,8 +240,7 @@ def read_record(
         factor = si.factor * factors.get(column.name, 1.0)
         columns[column.name] = column.values[keep] * factor + si.offset * factors.get(column.name, 1.0)
         units[column.name] = si.si
-    stem = path.name.removesuffix(".gz").removesuffix(".csv").removesuffix(".parquet")
-    return Record(name or stem, time[keep], columns, units, path, digest, FIRST_ROW + keep.start)
+    return Record(name or stem, time[keep], columns, units, file, digest, FIRST_ROW + keep.start)
 
 
 def write_record(path: str | Path, time: ArrayLike, columns: Mapping[str, ArrayLike], units: Mapping[str, str]) -> Path:

@@ -16,6 +16,7 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
@@ -25,7 +26,10 @@ from numpy.typing import NDArray
 
 from ..models.contract import InputError
 
-__all__ = ["FIRST_ROW", "Column", "read_table", "write_table"]
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["FIRST_ROW", "Column", "frame_table", "read_table", "write_table"]
 
 FloatArray = NDArray[np.float64]
 FIRST_ROW = 2
@@ -68,6 +72,48 @@ def read_table(path: Path) -> tuple[list[Column], str]:
                 f"{path}: column {name!r} appears {names.count(name)} times -- expected once -- rename one"
             )
     return [Column(name, unit, column) for (name, unit), column in zip(named, values, strict=True)], digest
+
+
+def frame_table(where: str, frame: pd.DataFrame) -> tuple[list[Column], str]:
+    """Columns of a DataFrame, and a sha256 of its header and numbers.
+
+    Parameters
+    ----------
+    where : str
+        What messages call it.
+    frame : DataFrame
+        Columns ``name [unit]``, or ``name`` with the unit in ``attrs["units"]``; time is the first column, or an
+        index called ``time [s]``.
+
+    Raises
+    ------
+    InputError
+        No columns, a header cell without unit, a name twice, or cells that are no numbers.
+    """
+    if frame.index.name is not None:
+        frame = frame.reset_index()
+    units = frame.attrs.get("units", {})
+    cells = [str(c) if "[" in str(c) or c not in units else f"{c} [{units[c]}]" for c in frame.columns]
+    if not cells:
+        raise InputError(f"{where} has no columns -- expected 'time [s]', 'x_in [rad]', ... -- give it some")
+    named = [_header_cell(Path(where), cell) for cell in cells]
+    names = [name for name, _ in named]
+    digest = hashlib.sha256()
+    columns = []
+    for k, (name, unit) in enumerate(named):
+        if names.count(name) > 1:
+            raise InputError(
+                f"{where}: column {name!r} appears {names.count(name)} times -- expected once -- rename one"
+            )
+        try:
+            values = np.ascontiguousarray(frame.iloc[:, k].to_numpy(dtype=float, na_value=np.nan))
+        except (TypeError, ValueError):
+            raise InputError(
+                f"{where}: column {name!r} is of type {frame.dtypes.iloc[k]} -- expected numbers -- convert it"
+            ) from None
+        digest.update(f"{name} [{unit}]".encode() + values.tobytes())
+        columns.append(Column(name, unit, values))
+    return columns, digest.hexdigest()
 
 
 def write_table(path: Path, header: Sequence[str], columns: Sequence[FloatArray]) -> None:

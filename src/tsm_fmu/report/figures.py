@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import ArrayLike, NDArray
+from plotly.subplots import make_subplots
+
+from ..logs.display import display
 
 MOST_POINTS = 2000
 """Points drawn per line: enough for any screen, and the file stays small."""
@@ -60,6 +63,42 @@ def time_figure(lines: Sequence[Line], title: str, unit: str) -> go.Figure:
 def loop_figure(lines: Sequence[Line], title: str, x_label: str, y_label: str) -> go.Figure:
     """Lines of one quantity over another, as in a hysteresis loop."""
     return _figure(lines, title, x_label, y_label, height=460)
+
+
+def channels_figure(
+    time: ArrayLike,
+    columns: Mapping[str, ArrayLike],
+    units: Mapping[str, str],
+    title: str,
+    marked: Sequence[tuple[float, float, str, str]] = (),
+) -> go.Figure:
+    """Channels over time [s], one below the other on a common axis.
+
+    Parameters
+    ----------
+    time : array_like, shape (n,)
+    columns : mapping of str to array_like, shape (n,)
+    units : mapping of str to str
+        SI unit of each column; angles are drawn in degrees, lengths in millimetres.
+    title : str
+    marked : sequence of (float, float, str, str)
+        Spans to shade: begin and end [s], channel (all where it is none of the columns), word.
+    """
+    figure = make_subplots(rows=len(columns), cols=1, shared_xaxes=True, vertical_spacing=0.03)
+    for row, (name, values) in enumerate(columns.items(), 1):
+        show = display(units[name])
+        x, y = _thinned(np.asarray(time, dtype=float), show.factor * np.asarray(values, dtype=float))
+        style = {"color": COLOURS[(row - 1) % len(COLOURS)], "width": 1.4}
+        figure.add_trace(go.Scatter(x=x, y=y, name=name, mode="lines", line=style, showlegend=False), row, 1)
+        figure.update_yaxes(title_text=f"{name} [{show.unit}]", row=row, col=1)
+        for begin, end, channel, word in marked:
+            if channel not in columns or channel == name:
+                shade = {"fillcolor": "#d1495b", "opacity": 0.18, "line_width": 0, "annotation_text": word}
+                figure.add_vrect(x0=begin, x1=end, row=row, col=1, **shade)  # pyright: ignore[reportArgumentType]
+    figure.update_xaxes(title_text="time [s]", row=len(columns), col=1)
+    height = 90 + 170 * max(1, len(columns))
+    figure.update_layout(title=title, height=height, template="plotly_white", margin={"l": 70, "r": 20, "t": 50})
+    return figure
 
 
 def _figure(lines: Sequence[Line], title: str, x_label: str, y_label: str, height: int) -> go.Figure:

@@ -1,0 +1,5 @@
+"""The verbs of the Python API and of the command line: one file each; what they take, and what they return.
+
+Each verb takes paths, records or DataFrames and returns a result object with ``summary()`` (text), ``to_frame()``
+(a DataFrame) and ``figure()`` (plotly). The command line parses, calls one of these, and prints.
+"""

@@ -1,0 +1,33 @@
+"""``export``: a fitted model as an FMU."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from ..fmu.build import build_fmu
+from .models import ModelLike, chosen_model
+
+
+def export(model: ModelLike, path: str | os.PathLike[str]) -> Path:
+    """Make an FMU whose start values are those of a fitted model.
+
+    Parameters
+    ----------
+    model : str, path, ModelCard, Kernel or result
+        A model card or what has one; a bare model gives its defaults.
+    path : str or Path
+        The ``.fmu`` file.
+
+    Returns
+    -------
+    Path
+        The file written.
+
+    Raises
+    ------
+    InputError
+        A card that cannot be read, a value out of bounds, or a file that cannot be written.
+    """
+    chosen = chosen_model(model)
+    return build_fmu(chosen.kernel, Path(path), start_values=chosen.kernel.named(chosen.params()))
