@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tsm_fmu.effects import EFFECTS
-from tsm_fmu.kernels.chain import SIGNALS
 from tsm_fmu.kernels.kernel import Kernel
+from tsm_fmu.models.contract import SIGNALS
 
 IDS = (
     "coulomb viscous stribeck acceleration_branches inertia friction_lag presliding_shape nonlocal_memory "

@@ -77,7 +77,7 @@ def test_structure_lists_the_outputs_and_what_they_depend_on(model):
     names = [v.get("name") for v in xml.iter("ScalarVariable")]
     inputs = {v.name for v in model.inputs}
     everything = inputs | {v.name for v in model.parameters}
-    declared = getattr(model.module, "DEPENDS", {})
+    declared = model.roles.depends
     for section, otherwise in (("Outputs", inputs), ("InitialUnknowns", everything)):
         unknowns = list(xml.find(f"ModelStructure/{section}"))  # type: ignore[arg-type]
         assert [names[int(u.get("index", "")) - 1] for u in unknowns] == [v.name for v in model.outputs]

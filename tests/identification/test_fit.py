@@ -12,7 +12,6 @@ from scipy.optimize import least_squares
 
 from tsm_fmu.identification.fit import Fit, fit
 from tsm_fmu.kernels.kernel import kernel
-from tsm_fmu.models import MODELS
 from tsm_fmu.models.contract import InputError
 from tsm_fmu.regression.problem import FitRun, Problem
 from tsm_fmu.regression.specification import fit_parameters, per_run_fields
@@ -166,13 +165,6 @@ def test_interruption_keeps_the_best_so_far(three: list[FitRun]) -> None:
     assert result.findings[0].startswith("interrupted")
     spread = np.sqrt(np.mean([run.targets.var() for run in three]))
     assert result.measured["x_out"].rmse <= min(errors) * spread * (1.0 + 1e-6)
-
-
-@pytest.mark.parametrize("module", MODELS, ids=lambda m: m.NAME)
-def test_per_run_names_are_parameters(module) -> None:
-    model = kernel(module.NAME)
-    own = {*getattr(module, "OFFSETS", ()), *getattr(module, "INITIAL", ())}
-    assert own <= {v.name for v in model.parameters}
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from tsm_fmu.kernels.chain import attach, chain
 from tsm_fmu.kernels.kernel import Kernel, kernel
 from tsm_fmu.models import MODELS
 
-CARRIERS = [module.NAME for module in MODELS if hasattr(module, "with_friction")]
+CARRIERS = [module.NAME for module in MODELS if hasattr(module, "ROLES") and module.ROLES.friction]
 MOTION = ["offset_drift@x_out", "backlash@x_out", "delay@x_in", "tendon_elasticity@x_out", "sensor_lag@tau_in"]
 
 

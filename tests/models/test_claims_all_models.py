@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from tsm_fmu import InputError, models
+from tsm_fmu.effects import EFFECTS
 from tsm_fmu.kernels.kernel import Kernel
 from tsm_fmu.logs.units import same_quantity, unit_to_si
 from tsm_fmu.models import MODELS
@@ -147,6 +148,38 @@ def test_output_does_not_depend_on_what_ran_before(model: Kernel) -> None:
     first = model.simulate(model.params(), t, inputs)
     model.simulate(model.params(), t, inputs[::-1].copy())
     np.testing.assert_array_equal(model.simulate(model.params(), t, inputs), first)
+
+
+@every_model
+def test_roles_name_what_the_model_declares(model: Kernel) -> None:
+    roles = model.roles
+    inputs, outputs, parameters = ({v.name for v in part} for part in (model.inputs, model.outputs, model.parameters))
+    assert roles.motion in inputs | {""}
+    assert {roles.load, roles.drive} <= inputs | outputs | {""}
+    assert {*roles.offsets, *roles.initial} <= parameters
+    assert set(roles.depends) <= outputs
+    assert {name for names in roles.depends.values() for name in names} <= inputs
+    assert set(roles.has) <= {effect.NAME for effect in EFFECTS}
+    assert {name for names in roles.has.values() for name in names} <= parameters
+    if roles.friction:
+        assert roles.friction.like in inputs | outputs
+    if roles.held_load:
+        assert roles.load in outputs
+        assert "hold" in parameters
+        assert {"slid", "v_in", roles.load} <= {v.name for v in variables(model.module.State)}
+
+
+@pytest.mark.parametrize("model", [k for k in KERNELS if k.roles.friction], ids=lambda k: k.name)
+def test_the_friction_written_into_the_outputs_is_the_one_read_out_of_them(model: Kernel) -> None:
+    port = model.roles.friction
+    assert port is not None
+    p, t = model.params(), np.arange(40) * 3.7e-3
+    columns = [*smooth_inputs(model, t, seed=5).T]
+    u, o = model.module.Inputs(*columns), model.module.Outputs(*model.simulate(p, t, np.column_stack(columns)).T)
+    f = port.read(p, u, o)
+    for before, after in zip(o, port.write(p, u, o, f), strict=True):
+        np.testing.assert_allclose(after, before, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(port.read(p, u, port.write(p, u, o, 1.37 * f - 0.213)), 1.37 * f - 0.213, rtol=1e-10)
 
 
 def _sides(variable):  # (bound, open, a value beyond it)

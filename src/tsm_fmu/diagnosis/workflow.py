@@ -367,7 +367,7 @@ class _Work:
         base = kernel(self.model.name)
         units = {v.name: v.quantity.unit for v in (*base.inputs, *base.outputs)}
         unit = units.get(motion_channel(base), "1").removesuffix("/s")
-        load = units.get(getattr(base.module, "LOAD", ""), "1")
+        load = units.get(base.roles.load, "1")
         return tuple(locate(fitted.residuals, places_of(fitted), self.channels, unit, load, self.seed))
 
     def _left_notes(self, floors: Floors) -> tuple[str, ...]:

@@ -67,7 +67,7 @@ def interface(kernel: Kernel, name: str, start_values: Mapping[str, float]) -> I
     entries += [Entry(v, "input", v.start) for v in kernel.inputs]
     entries += [Entry(v, "output", None) for v in kernel.outputs]
     summary = (kernel.module.__doc__ or kernel.name).strip().splitlines()[0].rstrip(".")
-    return Interface(name, summary, tuple(entries), getattr(kernel.module, "DEPENDS", {}))
+    return Interface(name, summary, tuple(entries), kernel.roles.depends)
 
 
 def model_description(fmu: Interface, guid: str) -> Element:

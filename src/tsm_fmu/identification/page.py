@@ -184,7 +184,7 @@ def _abscissas(fit: Fit) -> dict[str, Callable[[FitRun], FloatArray]]:
     """What a residual is drawn over: the position and the speed that drive the model, as far as it has them."""
     names = [v.name for v in fit.kernel.inputs]
     found: dict[str, Callable[[FitRun], FloatArray]] = {}
-    position = getattr(fit.kernel.module, "MOTION", "") or next((n for n in names if n.startswith("x")), "")
+    position = fit.kernel.roles.motion or next((n for n in names if n.startswith("x")), "")
     if position:
         j = names.index(position)
         show, unit = _shown(fit.kernel.inputs[j])

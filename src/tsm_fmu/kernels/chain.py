@@ -5,18 +5,8 @@ takes: numba clones its functions, the FMU build copies its text. In the order o
 
     effects on the input motion -> the model -> effects on its friction -> effects on its outputs
 
-A model that can carry friction effects declares, in its own file, ``friction_in(p, u, o)`` (the friction
-in its outputs), ``with_friction(p, u, o, f)`` (the outputs with another friction) and ``FRICTION_LIKE``
-(a variable that has the friction's unit). It names ``MOTION`` (its position input) or has an input
-``v``, and names ``LOAD``, the input or output that loads it. Where the load is itself an output, the
-friction that depends on it is solved for by secant steps.
-
-``HAS`` names effects that are in the model's own law, each with the fields that make it.
-
-An effect's Inputs are any of ``y`` (what it changes), ``x``, ``v``, ``a``, ``s``, ``z``, ``x_pre``
-(effects/coordinates.py), ``load``, ``drive`` (load or tension at the drive side, the model's ``DRIVE``) and ``bend``
-(the sheath's angle, which becomes an input Theta); its only output is ``y``. It declares NEUTRAL, the parameters with
-which it changes nothing.
+What a model and an effect declare for this is in models/contract.py. Where the load of a model is itself an output, the
+friction that depends on it is solved for by Aitken's method.
 """
 
 from __future__ import annotations
@@ -33,9 +23,6 @@ from ..models.contract import InputError
 from . import compiled_cache
 from .chain_source import Attached, Writer
 from .kernel import Kernel, kernel
-
-SIGNALS = ("y", *Motion._fields, "x_pre", "load", "drive", "bend")
-"""What an effect may ask for in its Inputs."""
 
 
 @cache
@@ -92,18 +79,17 @@ def attach(base: Kernel, text: str) -> Attached:
     if name not in found:
         raise InputError(f"effect {name!r} -- expected one of {', '.join(found)} -- see 'tsm-fmu list'")
     module = found[name]
-    if "load" in module.Inputs._fields and not hasattr(base.module, "LOAD"):
+    if "load" in module.Inputs._fields and not base.roles.load:
         raise InputError(
             f"effect {name!r} on {base.name} -- it needs a load, which {base.name} has not -- use TendonDrive"
         )
-    moving = hasattr(base.module, "MOTION") or "v" in base.module.Inputs._fields
-    if not moving and set(Motion._fields) & set(module.Inputs._fields):
+    if not base.motion and set(Motion._fields) & set(module.Inputs._fields):
         raise InputError(
             f"effect {name!r} on {base.name} -- it needs a motion, which {base.name} has not -- use TendonDrive"
         )
     inputs = [v.name for v in base.inputs]
     outputs = [v.name for v in base.outputs]
-    allowed = [""] if "friction" in module.PLACES and hasattr(base.module, "with_friction") else []
+    allowed = [""] if "friction" in module.PLACES and base.roles.friction else []
     allowed += outputs if "output" in module.PLACES else []
     allowed += inputs if "input" in module.PLACES else []
     if not channel and allowed:

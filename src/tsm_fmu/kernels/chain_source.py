@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import ModuleType
+from typing import Any
 
 from ..effects.coordinates import Motion, MotionParams
 from .kernel import Kernel
@@ -36,13 +37,13 @@ class Writer:
         self.attached = attached
         self.model_file = base.module.__name__.rsplit(".", 1)[-1]
         self.inputs = self.module.Inputs._fields
-        self.load = getattr(base.module, "LOAD", "")
+        self.roles = base.roles
+        self.load = self.roles.load
         self.load_is_output = self.load in self.module.Outputs._fields
         self.friction = [(n, a) for n, a in enumerate(attached) if not a.channel]
-        self.position = getattr(base.module, "MOTION", "")
-        self.drive = getattr(base.module, "DRIVE", "")
+        self.position = self.roles.motion
+        self.drive = self.roles.drive
         self.needs = {f for a in attached for f in a.module.Inputs._fields}
-        self.holds = hasattr(base.module, "with_load")
         self.moves = bool(self.needs & set(Motion._fields))
         self.bend = bend or "bend" in self.needs
 
@@ -55,6 +56,7 @@ class Writer:
                 "",
                 f'NAME = "{self.base.name}"',
                 f"EFFECTS = {tuple(a.spec for a in self.attached)!r}",
+                *(["ROLES = model_ROLES._replace(depends={})"] if hasattr(self.module, "ROLES") else []),
                 *self._classes(),
                 *self._check(),
                 *self._friction_function("start"),
@@ -74,13 +76,11 @@ class Writer:
 
     def _imports(self) -> list[str]:
         names = ["Params", "State", "Inputs", "Outputs", "start", "step"]
-        optional = [
-            n
-            for n in ("check", "warnings", "friction_in", "with_friction", "sliding_level", "held_load", "with_load")
-            if hasattr(self.module, n)
-        ]
+        optional = [n for n in ("ROLES", "check", "warnings") if hasattr(self.module, n)]
         lines = [f"from .{self.model_file} import {n} as model_{n}" for n in names + optional]
         lines += [f"from .{self.model_file} import PRESETS"]
+        lines += [_imported(f, f"model_friction_{way}") for f, way in self._port("friction", "read", "write")]
+        lines += [_imported(f, f"model_load_{way}") for f, way in self._port("held_load", "level", "between", "write")]
         for number, a in enumerate(self.attached):
             file = a.module.__name__.rsplit(".", 1)[-1]
             optional = ["check"] if hasattr(a.module, "check") else []
@@ -90,8 +90,13 @@ class Writer:
         lines += ["from .laws.velocity_filter import filtered_slope"]
         return [*lines, "from .joined import Part, joined"]
 
+    def _port(self, role: str, *ways: str) -> list[tuple[Any, str]]:
+        """Functions of a port of the model, with what they are for; none where it has none or no effect uses it."""
+        port = getattr(self.roles, role)
+        return [(getattr(port, way), way) for way in ways] if port and self.friction else []
+
     def _units(self, a: Attached) -> dict[str, str]:
-        force = _unit(self.base, getattr(self.module, "FRICTION_LIKE", ""))
+        force = _unit(self.base, self.roles.friction.like if self.roles.friction else "")
         load = _unit(self.base, self.load)
         own = _unit(self.base, a.channel) if a.channel else force
         return {"F": force, "load": load, "x": self._motion_unit(), "y": own}
@@ -203,7 +208,7 @@ class Writer:
                 lines.append(f"    t{number}, y{number} = {self._call(kind, number, a, y, load)}")
                 changed[a.channel] = f"y{number}.y"
         outputs = ", ".join(changed.get(f, f"o.{f}") for f in self.module.Outputs._fields)
-        states = [f"o.{f}" if self.holds and f == self.load else f"ms.{f}" for f in self.module.State._fields]
+        states = [f"o.{f}" if self.roles.held_load and f == self.load else f"ms.{f}" for f in self.module.State._fields]
         states += [f"m.{f}" for f in Motion._fields] if self.moves else []
         for number, a in enumerate(self.attached):
             states += [f"t{number}.{f}" for f in a.module.State._fields]
@@ -237,14 +242,14 @@ class Writer:
             "",
             "",
             f"def load_{kind}({arguments}):",
-            f"    load = model_with_friction(mp, mu, o, f0).{self.load}",
+            f"    load = model_friction_write(mp, mu, o, f0).{self.load}",
             f"    ft, f = friction_{kind}({before}load{after})",
             "    for _ in range(40):",
-            f"        l1 = model_with_friction(mp, mu, o, f).{self.load}",
+            f"        l1 = model_friction_write(mp, mu, o, f).{self.load}",
             "        if abs(l1 - load) <= 1e-14 * (1.0 + abs(l1)):",
             "            return l1, ft, f",
             f"        ft, f = friction_{kind}({before}l1{after})",
-            f"        l2 = model_with_friction(mp, mu, o, f).{self.load}",
+            f"        l2 = model_friction_write(mp, mu, o, f).{self.load}",
             "        bend = l2 - 2.0 * l1 + load",
             "        load = l2 if bend == 0.0 else load - (l1 - load) * (l1 - load) / bend  # Aitken",
             f"        ft, f = friction_{kind}({before}load{after})",
@@ -255,14 +260,14 @@ class Writer:
         if not self.friction:
             return []
         before, after = ("p, u, ", "") if kind == "start" else ("p, s, u, ", ", dt")
-        lines = ["    f0 = model_friction_in(mp, mu, o)"]
+        lines = ["    f0 = model_friction_read(mp, mu, o)"]
         if self.load_is_output:
             lines.append(f"    load, ft, f = load_{kind}({before}mp, mu, o, m, f0{after})")
         else:
             load = f"u.{self.load}" if self.load else "0.0"
             lines.append(f"    ft, f = friction_{kind}({before}m, f0, {load}{after})")
-        lines += ["    if f != f0:", "        o = model_with_friction(mp, mu, o, f)"]
-        if self.holds and kind == "step":
+        lines += ["    if f != f0:", "        o = model_friction_write(mp, mu, o, f)"]
+        if self.roles.held_load and kind == "step":
             lines += self._holding()
         return [*lines, *(f"    t{number} = ft[{place}]" for place, (number, _) in enumerate(self.friction))]
 
@@ -272,12 +277,17 @@ class Writer:
         pull, release = ways
         return [
             "    if p.hold == 1 and s.slid == 1.0:",
-            "        level = model_sliding_level(mp, ms.v_in)",
+            "        level = model_load_level(mp, ms.v_in)",
             f"        lo, ft, f = load_step(p, s, u, mp, mu, o, {pull}, level, dt)",
             f"        hi, ft, f = load_step(p, s, u, mp, mu, o, {release}, -level, dt)",
-            f"        held = model_held_load(s.{self.load}, lo, hi)",
-            "        o = model_with_load(mp, mu, o, held)",
+            f"        held = model_load_between(s.{self.load}, lo, hi)",
+            "        o = model_load_write(mp, mu, o, held)",
         ]
+
+
+def _imported(function: Any, name: str) -> str:
+    """Import of a function of a model, from the file that it is written in, under another name."""
+    return f"from .{function.__module__.partition('.models.')[2]} import {function.__name__} as {name}"
 
 
 def _unit(base: Kernel, name: str) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..models import MODELS
-from ..models.contract import InputError, Preset, Variable, check_bounds, variables
+from ..models.contract import InputError, Preset, Roles, Variable, check_bounds, variables
 from .compiled_cache import kept, own, written
 
 FloatArray = NDArray[np.float64]
@@ -56,6 +56,16 @@ class Kernel:
     @property
     def presets(self) -> Mapping[str, Preset]:
         return self.module.PRESETS
+
+    @property
+    def roles(self) -> Roles:
+        """What its variables are for those that work with any model; an effect has none of these roles."""
+        return getattr(self.module, "ROLES", Roles())
+
+    @property
+    def motion(self) -> str:
+        """Its input that moves: a position, else the speed ``v``; '' for none."""
+        return self.roles.motion or ("v" if "v" in self.module.Inputs._fields else "")
 
     def params(self, preset: str | None = None, values: Mapping[str, float] | None = None) -> Any:
         """Validated parameters: a preset, changed by ``values`` (public names, SI).

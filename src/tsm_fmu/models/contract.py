@@ -1,27 +1,78 @@
-"""What every model and effect is made of, and the checks that hold for all of them.
+"""All that an author of a model or of an effect may declare, and the checks that hold for every one.
 
-A *kernel* is a module with four named tuples, ``Params``, ``State``, ``Inputs`` and ``Outputs``, and
-pure functions on them::
+A *kernel* is a module with four named tuples and pure functions on them. Both kinds declare::
 
-    start(p, u)        -> (state, outputs)   at the first input: motion starts there, no jump from zero
-    step(p, s, u, dt)  -> (state, outputs)   inputs hold over the step, outputs are those at its end
-    check(p)           -> None               joint conditions on the parameters; optional
-    warnings(p)        -> (str, ...)         what a user should know about allowed parameters; optional
+    NAME = "TendonDrive"                       name of the FMU, or id of the effect
+    class Params, State, Inputs, Outputs       fields: name: Annotated[float, Quantity(unit, meaning, ...)] = default
+    PRESETS = {"published": Preset(...)}       named parameter sets, the first one equal to the defaults; an effect: {}
+    start(p, u)        -> (state, outputs)     at the first input: motion starts there, no jump from zero
+    step(p, s, u, dt)  -> (state, outputs)     inputs hold over the step, outputs are those at its end
+    check(p)           -> None                 joint conditions on the parameters; optional
+    warnings(p)        -> (str, ...)           what a user should know about allowed parameters; optional
+
+A model alone::
+
+    ROLES = Roles(motion="x_in", ...)          what its variables are for others, its friction port; optional
+
+An effect alone (its Inputs are any of `SIGNALS`, its only output is ``y``)::
+
+    NEUTRAL = Params()                         parameters with which it changes nothing
+    PLACES = ("friction", "output", "input")   where it can act
+    MOTION_ONLY = True                         among outputs, only on a position; optional
+    SIGNATURE = "flat after reversal"          what shows it
+
+Each variable is declared once: FMU variables, documentation, bounds of a fit and the command line derive from that
+declaration. The public name drops a trailing underscore of the field (``lambda_``). State fields are always floats, so
+that the compiled form keeps one type from step to step. Docstrings hold the equations, numbered ``(1)``, their source
+and their validity (of an effect: its limits).
+
+A ``start`` or ``step`` that cannot go on raises ValueError(``what -- what was expected -- what to do``).
 
 ``warnings`` is for parameters that simulate but bite: one line each, ``what (value) -- consequence -- what to do``.
 It runs once at construction; an FMU logs the lines, the command line prints them, nothing is refused.
-
-Each field is declared once, ``name: Annotated[float, Quantity(unit, meaning, ...)] = default``; FMU
-variables, documentation, identification bounds and the command line derive from that declaration.
-State fields are always floats, so that the compiled form keeps one type from step to step.
 
 This file runs inside an FMU on a host that has only Python: it imports ``typing`` and ``math`` alone.
 """
 
 import math
-from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import (  # noqa: UP035  a kernel file imports nothing but typing and math
+    Annotated,
+    Any,
+    Callable,
+    Mapping,
+    NamedTuple,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
-__all__ = ["InputError", "Preset", "Quantity", "Variable", "check_bounds", "variables"]
+__all__ = [
+    "SIGNALS",
+    "FrictionPort",
+    "HeldLoad",
+    "InputError",
+    "Preset",
+    "Quantity",
+    "Roles",
+    "Variable",
+    "check_bounds",
+    "variables",
+]
+
+
+SIGNALS = {
+    "y": "what the effect changes, before it; always the first",
+    "x": "position of the drive, the travel where only its speed is measured",
+    "v": "speed of the drive",
+    "a": "acceleration of the drive",
+    "s": "direction of the last motion: -1, 1, or 0 before any",
+    "z": "presliding state between -1 and 1",
+    "x_pre": "presliding distance, after which z has turned",
+    "load": "the model's load, `Roles.load`",
+    "drive": "load or tension at the drive side, `Roles.drive`; 0 in a model without",
+    "bend": "total bending angle of the sheath; the chain gains an input Theta for it",
+}
+"""What an effect may take as fields of its ``Inputs``, by name; x to z are those of effects/coordinates.py."""
 
 
 class InputError(ValueError):
@@ -91,6 +142,78 @@ class Preset(NamedTuple):
     source: str
     printed: dict[str, tuple[float, str]]
     si: dict[str, float]
+
+
+class FrictionPort(NamedTuple):
+    """Where the friction is in a model's outputs, for the effects that change it.
+
+    Attributes
+    ----------
+    like : str
+        An input or output that has the friction's unit.
+    read : callable
+        ``read(p, u, o) -> f``: the friction in the outputs.
+    write : callable
+        ``write(p, u, o, f) -> Outputs``: the outputs with the friction ``f`` instead.
+    """
+
+    like: str
+    read: Callable[[Any, Any, Any], Any]
+    write: Callable[[Any, Any, Any, Any], Any]
+
+
+class HeldLoad(NamedTuple):
+    """How a model that estimates its load keeps it while the drive sticks, for effects that widen the friction band.
+
+    Attributes
+    ----------
+    level : callable
+        ``level(p, v) -> f``: friction of sliding at the speed ``|v|``.
+    between : callable
+        ``between(last, pull, release) -> load``: the load kept between those of sliding in either direction.
+    write : callable
+        ``write(p, u, o, load) -> Outputs``: the outputs with that load.
+    """
+
+    level: Callable[[Any, float], float]
+    between: Callable[[float, float, float], float]
+    write: Callable[[Any, Any, Any, float], Any]
+
+
+class Roles(NamedTuple):
+    """What the variables of a model are for those that work with any model: chains, fits, diagnosis, FMUs.
+
+    Names are public ones. A model without a role leaves it out.
+
+    Attributes
+    ----------
+    motion : str
+        The input that is the position of the drive; a model without one may have an input ``v``, its speed.
+    load : str
+        The input or output that loads the distal side.
+    drive : str
+        The input or output that is the load or tension at the drive side.
+    offsets, initial : tuple of str
+        Parameters that each run has of its own: offsets of sensors, and states at the start.
+    has : mapping of str to tuple of str
+        Effects that are in the model's own law, by id, with the parameters that make each.
+    depends : mapping of str to tuple of str
+        Inputs that an output follows at once; an output that is not in it follows all of them.
+    friction : FrictionPort or None
+        Present: the model can carry friction effects.
+    held_load : HeldLoad or None
+        Present: the model has a parameter ``hold`` and states ``slid``, ``v_in`` and that of its `load`.
+    """
+
+    motion: str = ""
+    load: str = ""
+    drive: str = ""
+    offsets: tuple[str, ...] = ()
+    initial: tuple[str, ...] = ()
+    has: Mapping[str, tuple[str, ...]] = {}
+    depends: Mapping[str, tuple[str, ...]] = {}
+    friction: FrictionPort | None = None
+    held_load: HeldLoad | None = None
 
 
 def variables(fields: Any) -> tuple[Variable, ...]:

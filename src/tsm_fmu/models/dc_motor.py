@@ -34,7 +34,7 @@ far larger), b, tau_c, R_a constant.
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import Preset, Quantity
+from .contract import Preset, Quantity, Roles
 from .laws.linear_second_order import first_fall_below_zero, slope_response
 
 NAME = "DcMotor"
@@ -85,7 +85,9 @@ class Outputs(NamedTuple):
     i: Annotated[float, Quantity("A", "armature current")]
 
 
-DEPENDS = {"phi": (), "omega": (), "domega": ("u", "tau_load"), "i": ()}  # the states do not follow at once
+ROLES = Roles(
+    depends={"phi": (), "omega": (), "domega": ("u", "tau_load"), "i": ()}
+)  # the states do not follow at once
 
 PRESETS = {
     "datasheet": Preset(

@@ -20,11 +20,11 @@ Validity: parameters, state and bounds are those of TendonDrive, so one fitted s
 
 from typing import Annotated, Any, NamedTuple
 
-from .contract import Quantity
+from .contract import FrictionPort, HeldLoad, Quantity, Roles
 from .joined import Part, joined
 from .laws.lugre import stribeck
-from .tendon_drive import HAS as HAS
 from .tendon_drive import PRESETS as PRESETS
+from .tendon_drive import ROLES as DRIVE_ROLES
 from .tendon_drive import Params as DriveParams
 from .tendon_drive import State as DriveState
 from .tendon_drive import check as check
@@ -32,10 +32,6 @@ from .tendon_drive import distal_angle, friction_torque, moved, rest
 from .tendon_drive import warnings as warnings
 
 NAME = "DistalEstimator"
-MOTION = "x_in"
-LOAD = "tau_out"
-DRIVE = "tau_in"
-FRICTION_LIKE = "tau_in"
 
 
 class Holding(NamedTuple):
@@ -111,3 +107,13 @@ def with_friction(p: Any, u: Inputs, o: Outputs, f: float) -> Outputs:
 def with_load(p: Any, u: Inputs, o: Outputs, load: float) -> Outputs:
     """Outputs with another load, for a chain whose friction band follows from effects too, Eq (D3)."""
     return Outputs(o.x_out, load)
+
+
+ROLES = Roles(
+    motion="x_in",
+    load="tau_out",
+    drive="tau_in",
+    has=DRIVE_ROLES.has,
+    friction=FrictionPort("tau_in", friction_in, with_friction),
+    held_load=HeldLoad(sliding_level, held_load, with_load),
+)

@@ -17,12 +17,10 @@ meant (square root of 1e5, the textbook value of Canudas de Wit et al. 1995). F_
 
 from typing import Annotated, NamedTuple
 
-from .contract import Preset, Quantity
+from .contract import FrictionPort, Preset, Quantity, Roles
 from .laws.lugre import bristle_after, can_generate_energy, friction, stribeck
 
 NAME = "LuGreFriction"
-FRICTION_LIKE = "F"
-HAS = {"stribeck": ("F_s", "v_s")}
 
 
 class Params(NamedTuple):
@@ -103,3 +101,6 @@ def friction_in(p: Params, u: Inputs, o: Outputs) -> float:
 def with_friction(p: Params, u: Inputs, o: Outputs, f: float) -> Outputs:
     """The outputs with friction ``f`` instead."""
     return Outputs(f, f * u.v)
+
+
+ROLES = Roles(has={"stribeck": ("F_s", "v_s")}, friction=FrictionPort("F", friction_in, with_friction))

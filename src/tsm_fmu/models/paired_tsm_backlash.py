@@ -18,13 +18,11 @@ B >= c/2: the published set (B = 0.08363) does so. Simulation accepts it, the in
 
 from typing import Annotated, NamedTuple
 
-from .contract import Preset, Quantity
+from .contract import Preset, Quantity, Roles
 from .laws.coleman_hodgdon import check_slopes, hysteresis_after
 
 NAME = "PairedTsmBacklash"
-MOTION = "x_in"
-OFFSETS = ("x_0",)  # identification gives each run its own
-INITIAL = ("x_h_0",)  # states at the start: likewise
+ROLES = Roles(motion="x_in", offsets=("x_0",), initial=("x_h_0",))
 
 
 class Params(NamedTuple):

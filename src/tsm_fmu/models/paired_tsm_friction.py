@@ -24,14 +24,11 @@ the friction depend on the rate, and F v < 0 on part of a cycle. zeta steps as i
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import Preset, Quantity
+from .contract import FrictionPort, Preset, Quantity, Roles
 from .laws.bouc_wen import bouc_wen_after
 from .laws.signs import held_sign, sign
 
 NAME = "PairedTsmFriction"
-MOTION = "x"
-LOAD = "tau_load"
-FRICTION_LIKE = "F"
 
 
 class Params(NamedTuple):
@@ -66,9 +63,6 @@ class Outputs(NamedTuple):
     tau_drive: Annotated[float, Quantity("N.m", "drive torque from tau_load, tau_load + R F")]
     P_loss: Annotated[float, Quantity("W", "power taken from the motion, R F v")]
 
-
-# Without a: its sign alone enters, so an acceleration that answers to the friction closes no algebraic loop.
-DEPENDS = {"F": ("x", "v"), "tau_out": ("x", "v", "tau_in"), "tau_drive": ("x", "v", "tau_load"), "P_loss": ("x", "v")}
 
 _PRINTED = {
     "rho": (26.6659, "1/rad"),
@@ -122,3 +116,17 @@ def with_friction(p: Params, u: Inputs, o: Outputs, f: float) -> Outputs:
     """Outputs with the friction force ``f`` instead."""
     torque = p.R * f
     return Outputs(f, u.tau_in - torque, u.tau_load + torque, torque * u.v)
+
+
+ROLES = Roles(
+    motion="x",
+    load="tau_load",
+    # without a: its sign alone enters, so an acceleration that answers to the friction closes no algebraic loop
+    depends={
+        "F": ("x", "v"),
+        "tau_out": ("x", "v", "tau_in"),
+        "tau_drive": ("x", "v", "tau_load"),
+        "P_loss": ("x", "v"),
+    },
+    friction=FrictionPort("F", friction_in, with_friction),
+)

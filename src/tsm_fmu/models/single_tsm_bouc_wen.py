@@ -29,7 +29,7 @@ Validity: k > 0, sigma >= 1/2, n >= 1 and inf F_f > 0; then |F| <= max(|F at the
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import Preset, Quantity
+from .contract import Preset, Quantity, Roles
 from .laws.bouc_wen import bouc_wen_after
 from .laws.friction_branches import check_pull_side, check_release_side, pull_level, release_level
 from .laws.signs import held_sign
@@ -45,28 +45,24 @@ from .laws.single_tsm_parameters import (
     release_scale,
     release_split,
 )
-from .laws.tension import DEPENDS, Inputs, Outputs, friction_in, tensions, with_friction
+from .laws.tension import DEPENDS, FRICTION, Inputs, Outputs, tensions
 
 __all__ = [
-    "DEPENDS",
     "NAME",
     "PRESETS",
+    "ROLES",
     "Inputs",
     "Outputs",
     "Params",
     "State",
     "check",
-    "friction_in",
     "sliding_force",
     "start",
     "step",
-    "with_friction",
 ]
 
 NAME = "SingleTsmBoucWen"
-LOAD = "T_load"
-FRICTION_LIKE = "F"
-INITIAL = ("zeta_0",)  # state at the start: identification gives each run its own
+ROLES = Roles(load="T_load", initial=("zeta_0",), depends=DEPENDS, friction=FRICTION)
 
 
 class Params(NamedTuple):

@@ -25,7 +25,7 @@ Validity: inf F_f > 0, that is rho1 + min(mu1, 0) + min(mu2, 0) > 0 and rho2 > |
 
 from typing import Annotated, NamedTuple
 
-from .contract import Preset, Quantity
+from .contract import Preset, Quantity, Roles
 from .laws.friction_branches import check_pull_side, check_release_side, pull_level, release_level
 from .laws.lugre import bristle_after
 from .laws.signs import held_sign
@@ -41,28 +41,24 @@ from .laws.single_tsm_parameters import (
     release_scale,
     release_split,
 )
-from .laws.tension import DEPENDS, Inputs, Outputs, friction_in, tensions, with_friction
+from .laws.tension import DEPENDS, FRICTION, Inputs, Outputs, tensions
 
 __all__ = [
-    "DEPENDS",
     "NAME",
     "PRESETS",
+    "ROLES",
     "Inputs",
     "Outputs",
     "Params",
     "State",
     "check",
-    "friction_in",
     "sliding_force",
     "start",
     "step",
-    "with_friction",
 ]
 
 NAME = "SingleTsmDahl"
-LOAD = "T_load"
-FRICTION_LIKE = "F"
-INITIAL = ("zeta_0",)  # state at the start: identification gives each run its own
+ROLES = Roles(load="T_load", initial=("zeta_0",), depends=DEPENDS, friction=FRICTION)
 
 
 class Params(NamedTuple):

@@ -34,7 +34,7 @@ reversal of friction off that of v (lead for lambda > 0), so that F v < 0 is the
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import InputError, Preset, Quantity
+from .contract import InputError, Preset, Quantity, Roles
 from .laws.friction_branches import check_pull_side, pull_level, release_level
 from .laws.signs import held_sign
 from .laws.single_tsm_parameters import (
@@ -49,29 +49,24 @@ from .laws.single_tsm_parameters import (
     release_scale,
     release_split,
 )
-from .laws.tension import DEPENDS, LoadTension, MeasuredTension, Outputs, friction_in, tensions
+from .laws.tension import DEPENDS, FRICTION, LoadTension, MeasuredTension, Outputs, tensions
 
 __all__ = [
-    "DEPENDS",
     "NAME",
     "PRESETS",
+    "ROLES",
     "Inputs",
     "Outputs",
     "Params",
     "State",
     "check",
     "escape_time",
-    "friction_in",
     "sliding_level",
     "start",
     "step",
-    "with_friction",
 ]
 
 NAME = "SingleTsmLuGre"
-LOAD = "T_load"
-FRICTION_LIKE = "F"
-INITIAL = ("zeta_0",)  # state at the start: identification gives each run its own
 
 
 class Params(NamedTuple):
@@ -205,3 +200,6 @@ def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
 def with_friction(p: Params, u: Inputs, o: Outputs, f: float) -> Outputs:
     """The outputs with friction ``f`` instead."""
     return tensions(f, p.R * u.v, u.T_in, u.T_load)
+
+
+ROLES = Roles(load="T_load", initial=("zeta_0",), depends=DEPENDS, friction=FRICTION._replace(write=with_friction))

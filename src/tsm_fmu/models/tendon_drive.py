@@ -13,19 +13,12 @@ Validity: 0 < B = c + beta; then |x_h| <= max(|x_h_0|, |beta|/alpha), and |sigma
 
 from typing import Annotated, NamedTuple
 
-from .contract import Preset, Quantity
+from .contract import FrictionPort, Preset, Quantity, Roles
 from .laws.coleman_hodgdon import check_slopes, hysteresis_after
 from .laws.lugre import bristle_after, can_generate_energy, friction, stribeck
 from .laws.velocity_filter import filtered_slope
 
 NAME = "TendonDrive"
-MOTION = "x_in"
-OFFSETS = ("x_0",)  # identification gives each run its own
-INITIAL = ("x_h_0",)  # states at the start: likewise
-LOAD = "tau_out"
-DRIVE = "tau_in"
-FRICTION_LIKE = "tau_in"
-HAS = {"stribeck": ("tau_s", "v_s")}
 
 
 class Params(NamedTuple):
@@ -144,3 +137,14 @@ def friction_in(p: Params, u: Inputs, o: Outputs) -> float:
 def with_friction(p: Params, u: Inputs, o: Outputs, f: float) -> Outputs:
     """Outputs with the friction ``f`` instead, Eq (T2)."""
     return Outputs(o.x_out, o.v_in, p.ratio * u.tau_out + f)
+
+
+ROLES = Roles(
+    motion="x_in",
+    load="tau_out",
+    drive="tau_in",
+    offsets=("x_0",),
+    initial=("x_h_0",),
+    has={"stribeck": ("tau_s", "v_s")},
+    friction=FrictionPort("tau_in", friction_in, with_friction),
+)

@@ -9,7 +9,7 @@ import numpy as np
 from lmfit import Parameters
 
 from ..card import ModelCard
-from ..kernels.kernel import Kernel, kernel
+from ..kernels.kernel import Kernel
 from ..logs.record import Record
 from ..models.contract import InputError, with_unit
 from .problem import FitRun
@@ -74,7 +74,7 @@ def fit_parameters(
 
 
 def per_run_fields(model: Kernel, shared: Collection[str] = (), offsets: Collection[str] = ()) -> tuple[str, ...]:
-    """Fields that have one value a run: offsets and initial states, the model's ``OFFSETS`` and ``INITIAL``.
+    """Fields that have one value a run: offsets and initial states, as the model's `Roles` declare them.
 
     Parameters
     ----------
@@ -84,8 +84,7 @@ def per_run_fields(model: Kernel, shared: Collection[str] = (), offsets: Collect
     offsets : collection of str
         Further public names with one value a run, from `nuisance.with_nuisance`.
     """
-    module = kernel(model.name).module
-    declared = (*getattr(module, "OFFSETS", ()), *getattr(module, "INITIAL", ()), *offsets)
+    declared = (*model.roles.offsets, *model.roles.initial, *offsets)
     for name in shared:
         if name not in declared:
             raise InputError(

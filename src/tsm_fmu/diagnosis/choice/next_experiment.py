@@ -91,7 +91,7 @@ def menu(fitted: Fitted) -> list[tuple[str, FloatArray, FloatArray]]:
         "two sines": 0.7 * np.sin(2 * np.pi * 0.4 * top * t) + 0.3 * np.sin(2 * np.pi * 1.33 * top * t),
     }
     model = kernel(problem.kernel.name)
-    motion, load = motion_channel(model), getattr(model.module, "LOAD", "")
+    motion, load = motion_channel(model), model.roles.load
     names = [v.name for v in problem.kernel.inputs]
     beside = {word: names.index(n) for word, n in (("load", load), ("sheath angle", ANGLE)) if n in names}
     found = []

@@ -23,7 +23,8 @@ def returned_share(fitted: Fitted) -> float | None:
     fitted : Fitted
     """
     module, problem = kernel(fitted.model).module, fitted.problem
-    if not hasattr(module, "friction_in"):
+    port = kernel(fitted.model).roles.friction
+    if port is None:
         return None
     taken = net = 0.0
     for k, (run, place) in enumerate(zip(problem.runs, places_of(fitted), strict=True)):
@@ -31,7 +32,7 @@ def returned_share(fitted: Fitted) -> float | None:
         outputs = problem.every_output(k, fitted.table[k])
         own = module.Params(*p[: len(module.Params._fields)])
         inputs = module.Inputs(*run.inputs.T[: len(module.Inputs._fields)])
-        friction = np.broadcast_to(module.friction_in(own, inputs, module.Outputs(*outputs.T)), run.time.shape)
+        friction = np.broadcast_to(port.read(own, inputs, module.Outputs(*outputs.T)), run.time.shape)
         work = 0.5 * (friction[1:] + friction[:-1]) * np.diff(place.x)
         taken += float(np.sum(np.maximum(work, 0.0)))
         net += float(np.sum(work))

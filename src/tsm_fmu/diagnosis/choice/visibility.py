@@ -148,7 +148,7 @@ def _inputs(fitted: Fitted, t: FloatArray, shape: FloatArray, travel: float) -> 
     names = [v.name for v in problem.kernel.inputs]
     every = np.concatenate([r.inputs for r in problem.runs])
     inputs = np.tile(every.mean(axis=0), (t.size, 1))
-    motion, load = motion_channel(model), getattr(model.module, "LOAD", "")
+    motion, load = motion_channel(model), model.roles.load
     if motion == "v":
         reach = max(
             _reach([np.cumsum(r.inputs[:, names.index("v")] * np.gradient(r.time)) for r in problem.runs]), travel

@@ -58,8 +58,8 @@ def freedoms(model: str, channels: Sequence[str], effects: Sequence[str]) -> tup
     """
     base = kernel(model)
     units = {v.name: v.quantity.unit for v in (*base.outputs, *base.parameters)}
-    has_offset = {units[name] for name in getattr(base.module, "OFFSETS", ())}
-    wanted = [*ON_FRICTION] if hasattr(base.module, "with_friction") else []
+    has_offset = {units[name] for name in base.roles.offsets}
+    wanted = [*ON_FRICTION] if base.roles.friction else []
     for channel in channels:
         wanted += [f"{e}@{channel}" for e in ON_CHANNELS if e != "offset_drift" or units[channel] not in has_offset]
     found = []

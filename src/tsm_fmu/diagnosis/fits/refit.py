@@ -129,7 +129,7 @@ class Fitted:
 
     def has(self, effect: str) -> bool:
         """Whether the model's own law holds an effect, by parameters that were free to fit it."""
-        fields = getattr(kernel(self.model).module, "HAS", {}).get(effect, ())
+        fields = kernel(self.model).roles.has.get(effect, ())
         return bool(fields) and all(self.problem.parameters[f].vary for f in fields)
 
     def share_of(self, spec: str) -> FloatArray:
@@ -296,7 +296,7 @@ def _hold_what_is_forgotten(problem: Problem, start: FloatArray) -> None:
     """States at the start that what is compared hardly remembers would wander."""
     if not any(run.lead_time.size for run in problem.runs):
         return  # all of each run is compared
-    initial = getattr(kernel(problem.kernel.name).module, "INITIAL", ())
+    initial = problem.kernel.roles.initial
     for name in [f for f in problem.own if problem.declared[f].name in initial]:
         there, all_ = 0.0, 0.0
         for k, run in enumerate(problem.runs):

@@ -28,7 +28,7 @@ WIDER = 2.0
 def places_of(fitted: Fitted) -> list[Coordinates]:
     """Coordinates of each run of a fit, the load measured or as the model estimates it."""
     model, problem = fitted.problem.kernel, fitted.problem
-    load = getattr(kernel(model.name).module, "LOAD", "")
+    load = model.roles.load
     inputs, outputs = [v.name for v in model.inputs], [v.name for v in model.outputs]
     found = []
     for k, run in enumerate(problem.runs):
@@ -148,15 +148,16 @@ class Responses:
         mp = module.Params(*self.problem.params(self.fitted.table[k])[: len(module.Params._fields)])
         mu, mo = module.Inputs(*run.inputs.T[: len(module.Inputs._fields)]), module.Outputs(*full.T)
         channel = [v.name for v in self.kernel.outputs].index(attached.channel) if attached.channel else None
-        before = module.friction_in(mp, mu, mo) if channel is None else full[:, channel]
+        port = self.base.roles.friction if channel is None else None
+        before = port.read(mp, mu, mo) if port else full[:, channel]
         columns = [before if v.name == "y" else self._signal(signals, k, v.name) for v in effect.inputs]
         try:
             after = effect.simulate(p, run.time, np.column_stack(columns))[:, 0]
         except InputError:
             return np.full_like(full, np.nan)
         change = np.zeros_like(full)
-        if channel is None:
-            for j, column in enumerate(module.with_friction(mp, mu, mo, after)):
+        if port:
+            for j, column in enumerate(port.write(mp, mu, mo, after)):
                 change[:, j] = column - full[:, j]
         else:
             change[:, channel] = after - before
@@ -167,7 +168,7 @@ class Responses:
         if name == "bend":
             return run.inputs[:, inputs.index(ANGLE)]
         if name == "drive":
-            drive = getattr(self.base.module, "DRIVE", "")
+            drive = self.base.roles.drive
             if drive in inputs:
                 return run.inputs[:, inputs.index(drive)]
             outputs = [v.name for v in self.kernel.outputs]

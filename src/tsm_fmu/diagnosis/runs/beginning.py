@@ -43,12 +43,13 @@ def compared(model: Kernel, run: FitRun, channels: Sequence[str]) -> FitRun:
 
 def friction_channels(model: Kernel) -> set[str]:
     """Outputs of a model that its friction is in."""
-    module = kernel(model.name).module
-    if not hasattr(module, "with_friction"):
+    port = model.roles.friction
+    if port is None:
         return set()
+    module = kernel(model.name).module
     p, u = module.Params(), module.Inputs(*(1.0 for _ in module.Inputs._fields))
     _, o = module.start(p, u)
-    other = module.with_friction(p, u, o, module.friction_in(p, u, o) + 1.0)
+    other = port.write(p, u, o, port.read(p, u, o) + 1.0)
     return {v.name for v, one, two in zip(kernel(model.name).outputs, o, other, strict=True) if one != two}
 
 

@@ -95,7 +95,7 @@ def coordinate_units(kernel: Kernel) -> tuple[str, str]:
     """SI units of the motion and of the load of a model, ``1`` where it has none."""
     units = {v.name: v.quantity.unit for v in (*kernel.inputs, *kernel.outputs)}
     motion = units.get(motion_channel(kernel), "1").removesuffix("/s")
-    return motion, units.get(getattr(kernel.module, "LOAD", ""), "1")
+    return motion, units.get(kernel.roles.load, "1")
 
 
 def _settled_direction(x: FloatArray, dead: float) -> FloatArray:

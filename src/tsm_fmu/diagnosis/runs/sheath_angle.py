@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from ...effects.coordinates import ANGLE
 from ...kernels.chain import chain
-from ...kernels.kernel import Kernel, kernel
+from ...kernels.kernel import Kernel
 from ...logs.record import Record
 
 
@@ -25,7 +25,7 @@ def listening(model: Kernel, records: Sequence[Record]) -> tuple[Kernel, tuple[s
         What a user should know of it.
     """
     without_it = [record.name for record in records if ANGLE not in record.columns]
-    if not hasattr(kernel(model.name).module, "LOAD") or len(without_it) == len(records):
+    if not model.roles.load or len(without_it) == len(records):
         return model, ()
     if without_it:
         return model, (f"{ANGLE} is not in {', '.join(without_it)}: bend_angle is not tried",)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...kernels.kernel import Kernel, kernel
+from ...kernels.kernel import Kernel
 from ...regression.problem import FitRun
 
 ROWS = 4_000
@@ -49,5 +49,4 @@ def _samples_of_a_stroke(model: Kernel, run: FitRun) -> float:
 
 def motion_channel(model: Kernel) -> str:
     """Name of the position or speed input; a chain moves as its model does."""
-    module = kernel(model.name).module
-    return getattr(module, "MOTION", "") or ("v" if "v" in module.Inputs._fields else "")
+    return model.motion

@@ -12,7 +12,7 @@ axial forces only.
 
 from typing import Annotated, Any, NamedTuple
 
-from ..contract import Quantity
+from ..contract import FrictionPort, Quantity
 
 MeasuredTension = Annotated[float, Quantity("N", "measured proximal tension")]
 LoadTension = Annotated[float, Quantity("N", "distal tension that the load asks for")]
@@ -49,3 +49,6 @@ def friction_in(p: Any, u: Inputs, o: Outputs) -> float:
 def with_friction(p: Any, u: Inputs, o: Outputs, f: float) -> Outputs:
     """The outputs with friction ``f`` instead."""
     return tensions(f, u.v, u.T_in, u.T_load)
+
+
+FRICTION = FrictionPort("F", friction_in, with_friction)
