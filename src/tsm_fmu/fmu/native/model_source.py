@@ -1,0 +1,162 @@
+"""C files of one model: its declarations, its equations, their derivatives."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterable
+from functools import cache
+from typing import Any
+
+from ...kernels.kernel import Kernel
+from .text import INDENT, wrapped
+from .types import FLOAT, INT, Array, Record, c_variable
+from .unit import MAIN, Unit, units
+
+_WRITTEN = "Written by tsm-fmu from its Python text: same names, same operations in the same order."
+
+
+@cache
+def model_files(kernel: Kernel) -> dict[str, str]:
+    """C files of a kernel by name: ``model.h``, ``<name>.c`` and ``<name>_derivatives.c``.
+
+    Raises
+    ------
+    InputError
+        For a kernel outside the subset of Python that can be translated: file, line and reason.
+    """
+    plain, dual = units(kernel.module)
+    return {
+        "model.h": _text(_header(kernel, plain)),
+        f"{kernel.name}.c": _text(_equations(kernel, plain)),
+        f"{kernel.name}_derivatives.c": _text(_derivatives(kernel, dual)),
+    }
+
+
+START = "void model_start(const Params *p, const Inputs *u, State *s, Outputs *y, Fault *fault)"
+STEP = (
+    "void model_step(const Params *p, const State *s, const Inputs *u, double dt, State *after, Outputs *y, "
+    "Fault *fault)"
+)
+START_DERIVATIVE = (
+    "void model_start_derivative(const Params *p, const Inputs *u, const Params *dp, const Inputs *du, "
+    "State *ds, Outputs *dy, Fault *fault)"
+)
+STEP_DERIVATIVE = (
+    "void model_step_derivative(const Params *p, const State *s, const Inputs *u, double dt, const Params *dp, "
+    "const State *ds, const Inputs *du, State *dafter, Outputs *dy, Fault *fault)"
+)
+
+
+def _header(kernel: Kernel, unit: Unit) -> Iterable[str]:
+    yield f"/* {kernel.name}: what the model is made of. {_WRITTEN} */"
+    yield from ("#ifndef TSM_FMU_MODEL_H", "#define TSM_FMU_MODEL_H", "", '#include "checked.h"', "")
+    records = [Record(getattr(kernel.module, name)) for name in MAIN]
+    inner = {kind for record in records for kind in record.fields.values() if not _is_scalar(kind)}
+    for kind in sorted(inner, key=repr):
+        yield from unit.struct(kind)
+    for record in records:
+        yield from (*unit.struct(record), "")
+    yield "/* State and outputs at the first input. */"
+    yield from wrapped(f"{START};")
+    yield "/* State and outputs after a step of dt seconds, over which the inputs hold. */"
+    yield from wrapped(f"{STEP};")
+    yield "/* Change of state and outputs along a change of parameters, state and inputs: forward differentiation. */"
+    yield from wrapped(f"{START_DERIVATIVE};")
+    yield from wrapped(f"{STEP_DERIVATIVE};")
+    yield from ("", "#endif")
+
+
+def _equations(kernel: Kernel, unit: Unit) -> Iterable[str]:
+    text = (inspect.getdoc(kernel.module) or kernel.name).replace("*/", "* /").splitlines()
+    yield f"/* {kernel.name}: {text[0]}"
+    yield from (f" * {line}".rstrip() for line in [*text[1:], "", _WRITTEN])
+    yield from (" */", '#include "model.h"', "")
+    yield from (*unit.declarations(), *unit.functions(), "", "")
+    yield from _entry(unit, START, unit.start.c_name, unit.start.fails, ["*p", "*u"], "s")
+    yield ""
+    yield from _entry(unit, STEP, unit.step.c_name, unit.step.fails, ["*p", "*s", "*u", "dt"], "after")
+
+
+def _entry(unit: Unit, prototype: str, function: str, fails: bool, arguments: list[str], state: str) -> Iterable[str]:
+    result = unit.type_name(unit.start.returns or FLOAT, unit.arithmetic)
+    given = ", ".join([*arguments, *(["fault"] if fails else [])])
+    yield from (*wrapped(prototype), "{")
+    yield f"{INDENT}{result} both = {function}({given});"
+    if not fails:
+        yield f"{INDENT}(void)fault;"
+    yield from (f"{INDENT}*{state} = both.item0;", f"{INDENT}*y = both.item1;", "}")
+
+
+def _derivatives(kernel: Kernel, unit: Unit) -> Iterable[str]:
+    yield f"/* {kernel.name}: derivatives, by the same equations in numbers that carry one (dual.h)."
+    yield from (" *", f" * {_WRITTEN} Read {kernel.name}.c.", " */")
+    yield from ('#include "dual.h"', '#include "model.h"', "")
+    yield from (*unit.declarations(), *unit.functions(), "", "")
+    for name in MAIN[:3]:
+        yield from (*_joined(unit, Record(getattr(unit.module, name)), name), "")
+    for name in (MAIN[1], MAIN[3]):
+        yield from (*_derivative_of(unit, Record(getattr(unit.module, name)), name), "")
+    result = unit.type_name(unit.start.returns or FLOAT, unit.arithmetic)
+    p, u = "with_Params(p, dp)", "with_Inputs(u, du)"
+    for law, prototype, arguments, state in (
+        (unit.start, START_DERIVATIVE, [p, u], "ds"),
+        (unit.step, STEP_DERIVATIVE, [p, "with_State(s, ds)", u, "dual(dt)"], "dafter"),
+    ):
+        given = ", ".join([*arguments, *(["fault"] if law.fails else [])])
+        yield from (*wrapped(prototype), "{")
+        yield from wrapped(f"{INDENT}{result} both = {law.c_name}({given});")
+        if not law.fails:
+            yield f"{INDENT}(void)fault;"
+        yield f"{INDENT}*{state} = derivative_of_State(both.item0);"
+        yield from (f"{INDENT}*dy = derivative_of_Outputs(both.item1);", "}", "")
+
+
+def _joined(unit: Unit, record: Record, name: str) -> Iterable[str]:
+    """A function that puts values and derivatives together."""
+    made = unit.type_name(record, unit.arithmetic)
+    yield f"static {made} with_{name}(const {name} *value, const {name} *change)"
+    yield from ("{", f"{INDENT}{made} made;")
+    if not record.fields:
+        yield f"{INDENT}(void)value, (void)change;"
+        yield f"{INDENT}made.none = 0;"
+    for place in _places(record):
+        if place.endswith("@int"):
+            yield f"{INDENT}made.{place[:-4]} = value->{place[:-4]};"
+        else:
+            yield f"{INDENT}made.{place} = dual_of(value->{place}, change->{place});"
+    if record.fields and all(place.endswith("@int") for place in _places(record)):
+        yield f"{INDENT}(void)change;"
+    yield from (f"{INDENT}return made;", "}")
+
+
+def _derivative_of(unit: Unit, record: Record, name: str) -> Iterable[str]:
+    made = unit.type_name(record, unit.arithmetic)
+    yield f"static {name} derivative_of_{name}({made} value)"
+    yield from ("{", f"{INDENT}{name} made;")
+    places = list(_places(record))
+    if all(place.endswith("@int") for place in places):
+        yield f"{INDENT}(void)value;"
+    for place in places or ["none@int"]:
+        if place.endswith("@int"):
+            yield f"{INDENT}made.{place[:-4]} = 0;"
+        else:
+            yield f"{INDENT}made.{place} = value.{place}.d;"
+    yield from (f"{INDENT}return made;", "}")
+
+
+def _places(record: Record) -> Iterable[str]:
+    """How C reaches each number of a struct; an integer is marked."""
+    for field, kind in record.fields.items():
+        name = c_variable(field)
+        if isinstance(kind, Array):
+            yield from (f"{name}.item[{n}]" for n in range(kind.size))
+        else:
+            yield name if kind == FLOAT else f"{name}@int"
+
+
+def _is_scalar(kind: Any) -> bool:
+    return kind in (FLOAT, INT)
+
+
+def _text(lines: Iterable[str]) -> str:
+    return "\n".join(lines).rstrip() + "\n"
