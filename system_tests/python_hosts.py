@@ -15,12 +15,12 @@ import fmpy
 HOST = r"""
 import ctypes, json, sys
 from ctypes import CFUNCTYPE, POINTER, Structure, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
-Logger = CFUNCTYPE(None, c_void_p, c_char_p, c_char_p, c_int, c_char_p, c_char_p)
+Logger = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
 class Callbacks(Structure):
     _fields_ = [("logger", Logger), ("allocate", c_void_p), ("free", c_void_p), ("finished", c_void_p),
                 ("environment", c_void_p)]
 log = []
-callbacks = Callbacks(Logger(lambda _e, name, status, category, text, _: log.append(text.decode())))
+callbacks = Callbacks(Logger(lambda _e, name, status, category, text: log.append(text.decode())))
 before, units, found = set(sys.modules), json.loads(sys.argv[1]), []
 for folder, guid, model, references in units:
     library = ctypes.CDLL("%s/binaries/linux64/%s.so" % (folder, model))

@@ -82,21 +82,6 @@ def test_a_refused_step_shows_in_the_rows_of_simulate_fmu(fmus):
     assert len(result) < 11
 
 
-def test_another_guid_in_the_model_description_is_refused(fmus, instance, tmp_path):
-    import zipfile
-
-    path = tmp_path / "mixed.fmu"
-    with zipfile.ZipFile(fmus("PairedTsmBacklash")) as old, zipfile.ZipFile(path, "w") as new:
-        for name in old.namelist():
-            data = old.read(name)
-            new.writestr(name, data.replace(b'guid="', b'guid="0') if name == "modelDescription.xml" else data)
-    with instance(path) as fmu:
-        fmu.initialise()
-        with pytest.raises(FMICallException):
-            fmu.step(0.0, 0.1)
-        assert "in modelDescription.xml -- expected" in "".join(fmu.log)
-
-
 SOAK = """
 import ctypes, gc, json, sys
 import fmpy, fmpy.fmi2

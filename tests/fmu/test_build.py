@@ -1,6 +1,7 @@
 """The archive: what is in it, that equal content gives equal bytes, and what is refused."""
 
 import ast
+import os
 import subprocess
 import sys
 import zipfile
@@ -9,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from tsm_fmu import InputError
-from tsm_fmu.fmu.build import build_fmu, needed_sources
+from tsm_fmu.fmu import slave
+from tsm_fmu.fmu.build import LOWEST_PYTHON, build_fmu, needed_sources
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models import MODELS
 
@@ -36,7 +38,8 @@ def test_a_build_in_another_process_gives_the_same_bytes(fmu, tmp_path, seed):
         "import sys, pathlib; from tsm_fmu.kernels.kernel import kernel; from tsm_fmu.fmu.build import build_fmu;"
         f"build_fmu(kernel({NAME!r}), pathlib.Path(sys.argv[1]))"
     )
-    environment = {"PYTHONHASHSEED": seed, "TZ": "Asia/Kathmandu", "PATH": ""}
+    sources = os.environ.get("PYTHONPATH", "")  # where it names the sources, both builds are of the same
+    environment = {"PYTHONHASHSEED": seed, "TZ": "Asia/Kathmandu", "PATH": "", "PYTHONPATH": sources}
     subprocess.run([sys.executable, "-c", code, tmp_path], check=True, env=environment, cwd=tmp_path)
     assert (tmp_path / f"{NAME}.fmu").read_bytes() == fmu.read_bytes()
 
@@ -80,6 +83,28 @@ def test_kernel_files_import_the_standard_library_and_each_other_only(module):
         absolute = {n.module for n in ast.walk(ast.parse(text)) if isinstance(n, ast.ImportFrom) and not n.level}
         plain = {a.name for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Import) for a in n.names}
         assert absolute | plain <= {"math", "typing"}, name
+
+
+def test_what_the_fmu_needs_stands_where_a_host_reads_it(fmu):
+    files, tag = files_of(fmu), guid_of(fmu).replace("-", "")[:12]
+    needs = "Needs Python 3.10 or later in the process of the host (libpython), on Linux also glibc 2.32"
+    assert f"mechanism. {needs}" in files["modelDescription.xml"].decode()
+    assert needs in files[f"resources/{NAME}_{tag}.py"].decode()
+    assert needs in files[f"resources/tsm_fmu_{tag}/__init__.py"].decode()
+
+
+def test_an_older_python_is_refused_with_what_is_needed(fmu, monkeypatch):
+    text = files_of(fmu)[f"resources/tsm_fmu_{guid_of(fmu).replace('-', '')[:12]}/__init__.py"].decode()
+    exec(text, {})  # noqa: S102  from the archive that was built above
+    monkeypatch.setattr(sys, "version_info", (3, 9, 18, "final", 0))
+    with pytest.raises(ImportError, match=rf"^{NAME} in Python 3\.9\.18 -- Needs Python 3\.10 or later"):
+        exec(text, {})  # noqa: S102
+
+
+@pytest.mark.parametrize("module", MODELS, ids=lambda m: m.NAME)
+def test_what_is_packed_is_written_for_the_lowest_python(module):
+    for name, text in needed_sources(module, slave).items():
+        ast.parse(text, name, feature_version=LOWEST_PYTHON)
 
 
 def test_only_the_needed_files_are_packed(fmu):

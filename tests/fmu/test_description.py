@@ -5,14 +5,16 @@ from xml.etree.ElementTree import Element
 
 import pytest
 
-from tsm_fmu.fmu.description import interface, model_description
+from tsm_fmu import __version__
+from tsm_fmu.fmu.build import python_flavour
+from tsm_fmu.fmu.description import Flavour, interface, model_description
 from tsm_fmu.kernels.kernel import Kernel, kernel
 from tsm_fmu.logs.units import unit_to_si
 from tsm_fmu.models import MODELS
 
 
 def described(k: Kernel, **starts: float) -> Element:
-    return model_description(interface(k, k.name, starts), "guid")
+    return model_description(interface(k, k.name, starts), "guid", python_flavour("Needs a Python."))
 
 
 @pytest.fixture(params=MODELS, ids=lambda m: m.NAME)
@@ -107,3 +109,14 @@ def test_capabilities_and_default_experiment(model):
     experiment = xml.find("DefaultExperiment")
     assert experiment is not None
     assert float(experiment.get("stopTime", "")) > float(experiment.get("stepSize", "")) > 0
+
+
+def test_a_flavour_says_what_it_needs_and_what_helped():
+    backlash = interface(kernel("PairedTsmBacklash"), "Wrist", {})
+    plain = model_description(backlash, "guid", Flavour("", "", {}, {}))
+    assert plain.get("description") == "Backlash-like hysteresis of a paired tendon-sheath mechanism"
+    assert plain.get("generationTool") == f"tsm-fmu {__version__}"
+    helped = model_description(backlash, "guid", Flavour("Tool 1", "Needs a Python.", {}, {"logAll": "all"}))
+    assert helped.get("description") == f"{plain.get('description')}. Needs a Python."
+    assert helped.get("generationTool") == f"tsm-fmu {__version__} with Tool 1"
+    assert [c.attrib for c in helped.iter("Category")] == [{"name": "logAll", "description": "all"}]

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import sys
 from types import ModuleType
 
 import pytest
@@ -33,6 +34,11 @@ def started(**parameters: float) -> KernelSlave:
         slave.set_real([PARAMETERS[name]], [value])
     slave.exit_initialization_mode()
     return slave
+
+
+def initialise(slave: KernelSlave) -> None:
+    slave.enter_initialization_mode()
+    slave.exit_initialization_mode()
 
 
 def said(slave: KernelSlave) -> str:
@@ -70,7 +76,7 @@ def test_inputs_act_at_the_next_step_and_not_before():
 def test_first_input_is_where_the_motion_starts():
     slave = fresh()
     slave.set_real([X_IN], [0.7])
-    slave.exit_initialization_mode()
+    initialise(slave)
     assert slave.do_step(0.0, 0.01)
     assert slave.get_real([X_H]) == [0.0]
 
@@ -97,7 +103,7 @@ def test_a_wrong_parameter_can_be_corrected_before_initialisation_ends():
     slave.set_real([PARAMETERS["alpha"]], [-1.0])
     assert math.isnan(slave.get_real([X_OUT])[0])
     slave.set_real([PARAMETERS["alpha"]], [4.0])
-    slave.exit_initialization_mode()
+    initialise(slave)
     assert slave.do_step(0.0, 0.01)
 
 
@@ -154,7 +160,7 @@ def test_an_input_that_is_not_finite_is_named_and_refused(value):
 def test_an_input_that_is_not_finite_at_the_start_is_named():
     slave = fresh()
     slave.set_real([X_IN], [math.nan])
-    slave.exit_initialization_mode()
+    initialise(slave)
     assert "input x_in = nan at the start" in said(slave)
 
 
@@ -172,7 +178,7 @@ def test_an_exception_in_the_kernel_is_logged_with_time_and_inputs_and_survived(
         return paired_tsm_backlash.step(p, s, u, dt)
 
     slave = fresh(failing_kernel(step=step))
-    slave.exit_initialization_mode()
+    initialise(slave)
     assert slave.do_step(0.0, 0.01)
     slave.set_real([X_IN], [0.625])
     assert slave.do_step(0.01, 0.01) is False
@@ -187,14 +193,14 @@ def test_an_output_that_is_not_finite_is_refused():
         return state, outputs._replace(x_h=math.inf)
 
     slave = fresh(failing_kernel(step=step))
-    slave.exit_initialization_mode()
+    initialise(slave)
     assert slave.do_step(0.0, 0.01) is False
     assert "output x_h = inf at t = 0.0 s" in said(slave)
 
 
 def test_warnings_of_the_model_are_logged_as_warnings():
     slave = fresh(failing_kernel(warnings=lambda p: (f"alpha = {p.alpha} is steep",)))
-    slave.exit_initialization_mode()
+    initialise(slave)
     assert [(m.status, m.msg) for m in slave.log_queue] == [(Fmi2Status.warning, "Slave: alpha = 10.1062 is steep")]
 
 
@@ -202,6 +208,78 @@ def test_step_before_initialisation_is_refused():
     slave = fresh()
     assert slave.do_step(0.0, 0.1) is False
     assert "call exitInitializationMode" in said(slave)
+
+
+INIT, END = ("enter_initialization_mode", "exit_initialization_mode"), ("terminate",)
+
+
+@pytest.mark.parametrize(
+    ("calls", "expected"),
+    [
+        ((INIT[1],), "exitInitializationMode in an instance that is instantiated -- expected once, after enter"),
+        ((INIT[0], INIT[0]), "enterInitializationMode in an instance that is in initialisation mode -- expected once"),
+        ((*INIT, INIT[0]), "enterInitializationMode in an instance that is running -- expected once"),
+        ((*INIT, INIT[1]), "exitInitializationMode in an instance that is running -- expected once"),
+        ((*INIT, *END, INIT[0]), "enterInitializationMode in an instance that is terminated -- expected once"),
+        ((*INIT, *END, INIT[1]), "exitInitializationMode in an instance that is terminated"),
+    ],
+)
+def test_calls_out_of_order_are_told_and_stop_the_instance(calls, expected):
+    slave = fresh()
+    for call in calls:
+        assert slave.log_queue == []
+        getattr(slave, call)()
+    assert expected in said(slave)
+    assert slave.log_queue[-1].status == Fmi2Status.error
+    if calls[-1] == INIT[0]:
+        slave.exit_initialization_mode()
+    assert slave.do_step(0.0, 0.01) is False
+    assert expected in slave.log_queue[-1].msg
+
+
+def test_the_start_time_is_fixed_once_initialisation_begins():
+    slave = started()
+    slave.setup_experiment(7.5, None, None)
+    assert "setupExperiment in an instance that is running -- expected before initialisation mode" in said(slave)
+    assert slave.do_step(7.5, 0.01) is False
+
+
+def test_after_the_end_values_can_be_read_and_nothing_else():
+    slave = started()
+    move(slave, 4)
+    last = slave.get_real([X_OUT, X_H])
+    slave.terminate()
+    assert slave.do_step(slave._time, 0.013) is False
+    assert "step -- expected before the end of the simulation -- reset the instance" in said(slave)
+    slave.set_real([X_IN], [0.9])
+    assert "variable x_in set to 0.9 -- expected before the end -- reset the instance" in said(slave)
+    assert slave.get_real([X_OUT, X_H]) == last
+
+
+def test_a_state_brings_its_place_in_the_order_of_calls():
+    slave = started()
+    move(slave, 3)
+    saved = slave._fmu_state_from_bytes(slave._fmu_state_to_bytes(slave._get_fmu_state()))
+    onward = move(slave, 5, first=3)
+    slave.terminate()
+    slave._set_fmu_state(saved)
+    assert move(slave, 5, first=3) == onward
+    slave.terminate()
+    slave.enter_initialization_mode()
+    assert "that is terminated" in said(slave)
+
+
+def test_what_an_fmu_needs_is_its_first_line():
+    told = type("Slave", (PairedTsmBacklash,), {"needs": "Needs Python 3.10 or later."})(instance_name="one")
+    (line,) = told.log_queue
+    running = ".".join(map(str, sys.version_info[:3]))
+    assert (line.status, line.msg) == (Fmi2Status.ok, f"Slave: runs on Python {running}. Needs Python 3.10 or later.")
+
+
+def test_no_message_is_a_format_with_something_missing():
+    slave = fresh(failing_kernel(warnings=lambda p: ("95 %s of %d",)))
+    initialise(slave)
+    assert "95 percents of percentd" in said(slave)
 
 
 @pytest.mark.parametrize("reference", [8, -1, 4000])
@@ -253,10 +331,10 @@ def test_state_saved_in_initialisation_mode():
     slave = fresh()
     slave.set_real([X_IN], [0.3])
     saved = slave._get_fmu_state()
-    slave.exit_initialization_mode()
+    initialise(slave)
     first = move(slave, 9)
     slave._set_fmu_state(saved)
-    slave.exit_initialization_mode()
+    initialise(slave)
     assert move(slave, 9) == first
 
 
@@ -277,20 +355,19 @@ def test_a_fault_ends_when_an_earlier_state_is_set():
     assert slave.do_step(0.0, 0.1)
 
 
-def test_a_foreign_model_description_is_noticed(tmp_path):
+def test_a_foreign_model_description_is_refused_at_instantiation(tmp_path):
     (tmp_path / "resources").mkdir()
     (tmp_path / "modelDescription.xml").write_text('<fmiModelDescription guid="other"/>')
-    slave = PairedTsmBacklash(instance_name="one", resources=str(tmp_path / "resources"))
-    assert f"guid other in modelDescription.xml -- expected {PairedTsmBacklash.guid_built}" in said(slave)
-    slave.exit_initialization_mode()
-    assert slave.do_step(0.0, 0.1) is False
+    expected = f"guid other in modelDescription.xml -- expected {PairedTsmBacklash.guid_built}"
+    with pytest.raises(RuntimeError, match=expected):
+        PairedTsmBacklash(instance_name="one", resources=str(tmp_path / "resources"))
 
 
 def test_a_tendon_that_would_push_is_told_once():
     slave = fresh(single_tsm_dahl)
     names = {v.name: reference for reference, v in enumerate(slave._variables)}
     slave.set_real([names["v"], names["T_in"]], [0.05, 0.125])
-    slave.exit_initialization_mode()
+    initialise(slave)
     for n in range(50):
         assert slave.do_step(slave._time, 0.01), n
     assert slave.get_real([names["T_out"]])[0] < 0.0
@@ -303,6 +380,6 @@ def test_the_plant_direction_alone_tells_nothing_of_slack():
     slave = fresh(single_tsm_dahl)
     names = {v.name: reference for reference, v in enumerate(slave._variables)}
     slave.set_real([names["v"], names["T_load"]], [0.05, 7.5])
-    slave.exit_initialization_mode()
+    initialise(slave)
     assert slave.do_step(0.0, 0.01)
     assert slave.log_queue == []

@@ -23,16 +23,27 @@ from typing import Any
 from uuid import UUID
 from xml.etree import ElementTree
 
+from pythonfmu import __version__ as pythonfmu_version
+from pythonfmu.fmi2slave import Fmi2Slave
+
 from ..kernels.kernel import Kernel
 from ..models.contract import InputError
 from . import slave
 from .content import GUID_MARK, TAG_MARK, guid_of, tag_of
-from .description import interface, model_description
+from .description import Flavour, interface, model_description
 from .reference import reference_files
 
 PACKAGE = __name__.partition(".")[0]
 PYTHONFMU_FILES = ("_version", "default_experiment", "enums", "fmi2slave", "logmsg", "variables")
 """What the slave class needs of PythonFMU; its builder stays out."""
+LOWEST_PYTHON = (3, 10)
+"""Of a host: what is packed uses no more."""
+
+OLD_PYTHON = """import sys
+
+if sys.version_info < {lowest!r}:
+    raise ImportError("{name} in Python %d.%d.%d -- {needs}" % sys.version_info[:3])
+"""
 
 
 def build_fmu(
@@ -99,11 +110,12 @@ def _changed(kernel: Kernel, params: Any) -> dict[str, float]:
 
 def _content(kernel: Kernel, name: str, params: Any, starts: Mapping[str, float]) -> dict[str, bytes]:
     """Files of the FMU by archive path, with marks where GUID and tag will be."""
-    fmu = interface(kernel, name, starts)
-    xml = model_description(fmu, GUID_MARK)
+    fmu, libraries = interface(kernel, name, starts), _libraries(name)
+    needs = _needs(libraries[f"binaries/linux64/{name}.so"])
+    xml = model_description(fmu, GUID_MARK, python_flavour(needs))
     ElementTree.indent(xml)
     module_name = kernel.module.__name__.rpartition(".")[2]
-    added = f'    guid_built = "{GUID_MARK}"\n'
+    added = f'    guid_built = "{GUID_MARK}"\n    needs = "{needs}"  # noqa: E501\n'
     if starts:
         added += f"    start_values = {dict(sorted(starts.items()))!r}  # noqa: RUF012\n"
     package = f"resources/{PACKAGE}_{TAG_MARK}"
@@ -113,7 +125,7 @@ def _content(kernel: Kernel, name: str, params: Any, starts: Mapping[str, float]
         "documentation/licenses/PythonFMU.txt": _pythonfmu_licence(),
         "resources/slavemodule.txt": f"{name}_{TAG_MARK}",
         f"resources/{name}_{TAG_MARK}.py": _isolated(script_text(module_name, name, added)),
-        f"{package}/__init__.py": "",
+        f"{package}/__init__.py": OLD_PYTHON.format(lowest=LOWEST_PYTHON, name=name, needs=needs),
         f"{package}/pythonfmu/__init__.py": "",
         **reference_files(fmu, kernel, params),
     }
@@ -125,7 +137,38 @@ def _content(kernel: Kernel, name: str, params: Any, starts: Mapping[str, float]
         for depth in range(1, len(folders)):
             texts[f"{package}/{'/'.join(folders[:depth])}/__init__.py"] = ""
         texts[f"{package}/{'/'.join(folders)}.py"] = _isolated(text)
-    return {path: text.encode() for path, text in texts.items()} | _libraries(name)
+    return {path: text.encode() for path, text in texts.items()} | libraries
+
+
+def python_flavour(needs: str) -> Flavour:
+    """What the model description says of PythonFMU's code."""
+    return Flavour(
+        tool=f"PythonFMU {pythonfmu_version}",
+        needs=needs,
+        capabilities={
+            "needsExecutionTool": "true",
+            "canHandleVariableCommunicationStepSize": "true",
+            "canNotUseMemoryManagementFunctions": "true",
+            "canGetAndSetFMUstate": "true",
+            "canSerializeFMUstate": "true",
+        },
+        log_categories=Fmi2Slave.log_categories,
+    )
+
+
+def _needs(library: bytes) -> str:
+    """What the host must have, the C libraries by the symbol versions that the Linux library asks for."""
+    glibc, cxx = _newest(rb"GLIBC", library), _newest(rb"GLIBCXX", library)
+    python = ".".join(map(str, LOWEST_PYTHON))
+    return (
+        f"Needs Python {python} or later in the process of the host (libpython), on Linux also glibc {glibc} and "
+        f"libstdc++ GLIBCXX_{cxx} or later."
+    )
+
+
+def _newest(symbols: bytes, library: bytes) -> str:
+    versions = re.findall(rb"\b" + symbols + rb"_([\d.]+)", library)
+    return max(versions, key=lambda found: [int(part) for part in found.split(b".")]).decode()
 
 
 def needed_sources(*modules: ModuleType) -> dict[str, str]:

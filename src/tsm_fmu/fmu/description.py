@@ -1,7 +1,8 @@
 """FMI 2.0 model description of a kernel: variables with units and bounds, structure, units, default experiment.
 
-Written from the declared variables of the kernel, not by PythonFMU, whose own description has no units,
-no bounds and no InitialUnknowns, and prints start values with 16 digits, which does not keep a double.
+Written from the declared variables of the kernel, whatever runs it: a `Flavour` says what differs. PythonFMU's own
+description has no units, no bounds and no InitialUnknowns, and prints start values with 16 digits, which does not keep
+a double.
 """
 
 from __future__ import annotations
@@ -11,9 +12,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
-
-from pythonfmu import __version__ as pythonfmu_version
-from pythonfmu.fmi2slave import Fmi2Slave
 
 from .. import __version__
 from ..kernels.kernel import Kernel
@@ -61,6 +59,28 @@ class Interface:
         return [i for i, e in enumerate(self.entries, start=1) if e.causality in causalities]
 
 
+@dataclass(frozen=True)
+class Flavour:
+    """What the description says of the code that runs a kernel.
+
+    Attributes
+    ----------
+    tool : str
+        What this package was helped by, for the generation tool: ``"PythonFMU 0.7.0"``; empty for nothing.
+    needs : str
+        What the FMU needs of its host, a sentence; empty for nothing.
+    capabilities : mapping of str to str
+        Attributes of ``CoSimulation``.
+    log_categories : mapping of str to str
+        Meaning by name.
+    """
+
+    tool: str
+    needs: str
+    capabilities: Mapping[str, str]
+    log_categories: Mapping[str, str]
+
+
 def interface(kernel: Kernel, name: str, start_values: Mapping[str, float]) -> Interface:
     """Variable table of a kernel; ``start_values`` replace the kernel's defaults of its parameters."""
     entries = [Entry(v, "parameter", start_values.get(v.name, v.start)) for v in kernel.parameters]
@@ -70,35 +90,26 @@ def interface(kernel: Kernel, name: str, start_values: Mapping[str, float]) -> I
     return Interface(name, summary, tuple(entries), kernel.roles.depends)
 
 
-def model_description(fmu: Interface, guid: str) -> Element:
-    """Complete ``fmiModelDescription`` of the python flavour."""
+def model_description(fmu: Interface, guid: str, flavour: Flavour) -> Element:
+    """Complete ``fmiModelDescription``."""
     root = Element(
         "fmiModelDescription",
         fmiVersion="2.0",
         modelName=fmu.name,
         guid=guid,
-        description=fmu.summary,
+        description=f"{fmu.summary}. {flavour.needs}" if flavour.needs else fmu.summary,
         author="tsm-fmu",
         version=__version__,
         copyright="the tsm-fmu authors",
         license="MIT",
-        generationTool=f"tsm-fmu {__version__} with PythonFMU {pythonfmu_version}",
+        generationTool=f"tsm-fmu {__version__}" + (f" with {flavour.tool}" if flavour.tool else ""),
         generationDateAndTime=FIXED_DATE,
         variableNamingConvention="structured",
     )
-    SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=fmu.name,
-        needsExecutionTool="true",
-        canHandleVariableCommunicationStepSize="true",
-        canNotUseMemoryManagementFunctions="true",
-        canGetAndSetFMUstate="true",
-        canSerializeFMUstate="true",
-    )
+    SubElement(root, "CoSimulation", {"modelIdentifier": fmu.name, **flavour.capabilities})
     _add_units(SubElement(root, "UnitDefinitions"), fmu.entries)
     categories = SubElement(root, "LogCategories")
-    for category, meaning in Fmi2Slave.log_categories.items():
+    for category, meaning in flavour.log_categories.items():
         SubElement(categories, "Category", name=category, description=meaning)
     SubElement(root, "DefaultExperiment", startTime="0", stopTime="10", stepSize="0.001")
     listed = SubElement(root, "ModelVariables")

@@ -4,10 +4,12 @@ Runs inside an FMU, on a host that has only Python: it imports the standard libr
 class and the kernel contract. Never raises out of an FMI call: PythonFMU turns an exception into
 fmi2Fatal without its text, and freeing such an instance can crash the host. Instead, what is wrong is
 logged with its value, outputs become NaN where there is no valid state, and the next steps are discarded
-until the instance is reset or an earlier state is set.
+until the instance is reset or an earlier state is set. The one exception is the constructor: an exception there
+is a refused fmi2Instantiate, which is safe.
 """
 
 import math
+import sys
 from math import isfinite
 from types import ModuleType
 from typing import Any, ClassVar
@@ -17,7 +19,7 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from ..models.contract import check_bounds, variables
-from .library_faults import hold_namespace, let_go_at_exit
+from .library_faults import FOREIGN_HOST, HostLog, give_back, hold_namespace, keep_thread_state, let_go_at_exit
 
 TIME_TOLERANCE = 1e-3
 """How far a step may begin from the end of the last one, as a part of the step..."""
@@ -26,10 +28,14 @@ ROUNDING = 1e-15
 
 INFINITE = math.inf
 new_tuple: Any = tuple.__new__  # a third of the cost of calling a named tuple's class
-_SAVED = ("_time", "_running", "_stale", "_watches_slack", "_not_started", "_fault")
+_SAVED = ("_time", "_phase", "_running", "_stale", "_watches_slack", "_not_started", "_fault")
 """What an FMU state holds besides values and kernel state."""
 
+INSTANTIATED, INITIALISING, RUNNING, TERMINATED = "instantiated", "in initialisation mode", "running", "terminated"
+"""States of an instance in the order of FMI 2.0, Figure 11."""
+
 BEFORE_START = "step -- expected after the end of initialisation -- call exitInitializationMode first"
+AFTER_END = "step -- expected before the end of the simulation -- reset the instance, then initialise it again"
 MEND = "check what drives it"
 NEXT = "see modelDescription.xml"
 
@@ -45,12 +51,15 @@ class KernelSlave(Fmi2Slave):
         The kernel that is stepped.
     guid_built : str
         GUID of the build; the model description beside the resources must have the same.
+    needs : str
+        What the FMU needs of its host, as its description says.
     start_values : dict of str to float
         Start values of parameters, by public name, where they differ from the kernel's defaults.
     """
 
     kernel: ClassVar[ModuleType]
     guid_built: ClassVar[str] = ""
+    needs: ClassVar[str] = ""
     start_values: ClassVar[dict[str, float]] = {}
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
@@ -77,32 +86,59 @@ class KernelSlave(Fmi2Slave):
         self._params: Any = None
         self._state: Any = None
         self._time = 0.0
-        self._running = False
+        self._phase = INSTANTIATED
+        self._running = False  # the phase of the calls that must be fast
         self._stale = True  # outputs are older than parameters or inputs; before the first step only
         self._watches_slack = "T_in" in kernel.Inputs._fields and "T_out" in kernel.Outputs._fields
         self._not_started = BEFORE_START
+        self._fault = ""  # what only a reset or an earlier state clears
+        self._passed: list[str] = []  # texts that PythonFMU's library holds on to
+        self._host_log = HostLog(kwargs.get("logger", 0), self.instance_name)
         let_go_at_exit(f"{self.resources}/../binaries/linux64/{type(self).__name__}.so")
-        self._fault = self._foreign_description()  # what only a reset or an earlier state clears
-        if self._fault:
-            self._tell(self._fault)
+        foreign = self._foreign_description()
+        if foreign:
+            if self._host_log.is_shut():
+                self._tell(foreign)
+            raise RuntimeError(foreign)
+        if self.needs:
+            version = ".".join(map(str, sys.version_info[:3]))
+            self._tell(f"runs on Python {version}. {self.needs}", Fmi2Status.ok)
 
     # -- FMI life cycle
 
     def setup_experiment(self, start_time: float, stop_time: float | None, tolerance: float | None) -> None:
+        if self._phase != INSTANTIATED:
+            self._misplace("setupExperiment", "before initialisation mode")
+            return
         self._time = start_time
 
+    def enter_initialization_mode(self) -> None:
+        if self._phase != INSTANTIATED:
+            self._misplace("enterInitializationMode", "once, after instantiate or reset")
+            return
+        self._phase = INITIALISING
+
     def exit_initialization_mode(self) -> None:
+        if self._phase != INITIALISING:
+            self._misplace("exitInitializationMode", "once, after enterInitializationMode")
+            return
         if self._stale:
             self._start()
         if not self._not_started and hasattr(self.kernel, "warnings"):
             for text in self.kernel.warnings(self._params):
                 self._tell(text, Fmi2Status.warning)
-        self._running = True
+        self._phase, self._running = RUNNING, True
+
+    def terminate(self) -> None:
+        self._phase, self._running = TERMINATED, False
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """One step of the kernel; False (fmi2Discard) leaves state and outputs as they were, the reason is logged."""
+        if FOREIGN_HOST:
+            keep_thread_state()
         if self._fault or self._not_started or not self._running:
-            return self._refuse(self._fault or self._not_started or BEFORE_START)
+            end = AFTER_END if self._phase == TERMINATED else ""
+            return self._refuse(self._fault or end or self._not_started or BEFORE_START)
         if not 0.0 < step_size < INFINITE or (
             current_time != self._time and not self._continues(current_time, step_size)
         ):
@@ -226,6 +262,8 @@ class KernelSlave(Fmi2Slave):
             is_parameter = 0 <= reference < self._n_parameters
             if reference not in typed or not (is_parameter or reference in self._inputs):
                 self._spoil(reference, f"set to {value!r} -- expected an input or parameter of this type -- {NEXT}")
+            elif self._phase == TERMINATED:
+                self._spoil(reference, f"set to {value!r} -- expected before the end -- reset the instance")
             elif is_parameter and self._running:
                 self._spoil(reference, f"set to {value!r} -- it is fixed after initialisation -- reset the instance")
             else:
@@ -238,6 +276,12 @@ class KernelSlave(Fmi2Slave):
             if reference not in typed:
                 self._spoil(reference, f"read as {kind} -- expected a variable of that type -- {NEXT}")
         return [self._values[reference] if reference in typed else otherwise for reference in references]
+
+    def _misplace(self, call: str, expected: str) -> None:
+        """A call that FMI does not allow here: PythonFMU has no other answer than OK, so the steps are refused."""
+        told = f"{call} in an instance that is {self._phase} -- expected {expected} -- reset the instance"
+        self._fault = self._fault or told
+        self._tell(told)
 
     def _spoil(self, reference: int, what: str) -> None:
         known = 0 <= reference < len(self._variables)
@@ -281,7 +325,27 @@ class KernelSlave(Fmi2Slave):
         return False
 
     def _tell(self, message: str, status: Fmi2Status = Fmi2Status.error) -> None:
-        self.log(f"{type(self).__name__}: {message}", status)
+        text = f"{type(self).__name__}: {message}".replace("%", "percent")  # hosts take it for a printf format
+        category = _CATEGORIES[status]
+        if self._host_log.is_shut():
+            if status is not Fmi2Status.ok:
+                self._host_log.tell(status, category, text)
+            return
+        if not self.log_queue:
+            for passed in self._passed:
+                give_back(passed)
+            self._passed.clear()
+        self._passed.append(text)
+        self.log(text, status, category)
+
+
+_CATEGORIES = {
+    Fmi2Status.ok: "logAll",
+    Fmi2Status.warning: "logStatusWarning",
+    Fmi2Status.discard: "logStatusDiscard",
+    Fmi2Status.error: "logStatusError",
+}
+"""One text each: PythonFMU makes a new one for each message and its library keeps it."""
 
 
 def _not_finite(values: Any) -> str:
