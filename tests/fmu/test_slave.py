@@ -11,6 +11,7 @@ from pythonfmu.enums import Fmi2Status
 
 from tsm_fmu.fmu.slave import KernelSlave
 from tsm_fmu.models import paired_tsm_backlash, single_tsm_dahl
+from tsm_fmu.models.contract import Condition
 
 PARAMETERS = {"c": 0, "beta": 1, "alpha": 2, "x_0": 3, "x_h_0": 4}
 X_IN, X_OUT, X_H = 5, 6, 7
@@ -198,10 +199,14 @@ def test_an_output_that_is_not_finite_is_refused():
     assert "output x_h = inf at t = 0.0 s" in said(slave)
 
 
-def test_warnings_of_the_model_are_logged_as_warnings():
-    slave = fresh(failing_kernel(warnings=lambda p: (f"alpha = {p.alpha} is steep",)))
+def test_a_condition_with_a_consequence_is_logged_as_a_warning():
+    steep = Condition("alpha < 10", lambda p: 10.0 - p.alpha, "alpha = {alpha}", "lower it", consequence="it is steep")
+    slave = fresh(failing_kernel(CONDITIONS=(steep,)))
     initialise(slave)
-    assert [(m.status, m.msg) for m in slave.log_queue] == [(Fmi2Status.warning, "Slave: alpha = 10.1062 is steep")]
+    assert [(m.status, m.msg) for m in slave.log_queue] == [
+        (Fmi2Status.warning, "Slave: alpha = 10.1062 -- it is steep -- lower it")
+    ]
+    assert slave.do_step(0.0, 0.01)
 
 
 def test_step_before_initialisation_is_refused():
@@ -277,7 +282,8 @@ def test_what_an_fmu_needs_is_its_first_line():
 
 
 def test_no_message_is_a_format_with_something_missing():
-    slave = fresh(failing_kernel(warnings=lambda p: ("95 %s of %d",)))
+    steep = Condition("alpha < 10", lambda p: 10.0 - p.alpha, "95 %s of %d", "lower it", consequence="it is steep")
+    slave = fresh(failing_kernel(CONDITIONS=(steep,)))
     initialise(slave)
     assert "95 percents of percentd" in said(slave)
 

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from tsm_fmu import InputError
-from tsm_fmu.effects import EFFECTS
+from tsm_fmu.effects import EFFECTS, nonlocal_memory
 from tsm_fmu.kernels.chain import attach, chain
 from tsm_fmu.kernels.kernel import Kernel, kernel
 from tsm_fmu.models import MODELS
+from tsm_fmu.models.contract import Condition
 
-CARRIERS = [module.NAME for module in MODELS if hasattr(module, "ROLES") and module.ROLES.friction]
+CARRIERS = [module.NAME for module in MODELS if Kernel(module).roles.friction]
 MOTION = ["offset_drift@x_out", "backlash@x_out", "delay@x_in", "tendon_elasticity@x_out", "sensor_lag@tau_in"]
 
 
@@ -167,3 +168,22 @@ def test_a_holding_estimator_keeps_the_load_through_a_reversal_and_finds_it_whil
     slow = 0.01 * 0.7 * 1.0  # the load's change within half a period, the longest time it is held
     assert errors[1].max() < slow
     assert errors[0].max() > 0.05
+
+
+def longer(p):
+    return p.x_2 - p.x_1
+
+
+def test_a_condition_of_an_effect_holds_in_the_chain_under_its_name(monkeypatch):
+    rule = Condition("x_1 < x_2", longer, "x_1 = {x_1!r} with x_2 = {x_2!r} leaves {margin:.3f}", "raise x_2")
+    monkeypatch.setattr(nonlocal_memory, "CONDITIONS", (rule,), raising=False)
+    for where in ("TendonDrive", "LuGreFriction"):
+        k = chain.__wrapped__(where, ("coulomb", "nonlocal_memory"))
+        assert k.params(None, {"nonlocal_memory.x_1": 0.039})
+        with pytest.raises(InputError) as raised:
+            k.params(None, {"nonlocal_memory.x_1": 0.0517})
+        assert str(raised.value) == (
+            "nonlocal_memory: x_1 = 0.0517 with x_2 = 0.04 leaves -0.012 -- expected x_1 < x_2 -- raise x_2"
+        )
+    with pytest.raises(InputError, match=r"^beta = -1\.7 with c = 1\.00056 gives B = "):
+        chain("TendonDrive", ("coulomb",)).params(None, {"beta": -1.7})

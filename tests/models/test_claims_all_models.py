@@ -18,7 +18,7 @@ from tsm_fmu.effects import EFFECTS
 from tsm_fmu.kernels.kernel import Kernel
 from tsm_fmu.logs.units import same_quantity, unit_to_si
 from tsm_fmu.models import MODELS
-from tsm_fmu.models.contract import variables
+from tsm_fmu.models.contract import conditions_of, variables
 
 KERNELS = [Kernel(module) for module in MODELS]
 PRESETS = [(k, preset) for k in KERNELS for preset in k.presets]
@@ -148,6 +148,49 @@ def test_output_does_not_depend_on_what_ran_before(model: Kernel) -> None:
     first = model.simulate(model.params(), t, inputs)
     model.simulate(model.params(), t, inputs[::-1].copy())
     np.testing.assert_array_equal(model.simulate(model.params(), t, inputs), first)
+
+
+def drawn(model: Kernel, rng: np.random.Generator) -> dict[str, float]:
+    """Values within the bounds, up to a decade away from the defaults; integers anywhere in theirs."""
+    values = {}
+    for v in model.parameters:
+        q = v.quantity
+        if v.kind is int:
+            values[v.name] = int(rng.integers(int(q.lo), int(q.hi) + 1))
+            continue
+        value = (v.start or 0.1) * 10.0 ** rng.uniform(-1.0, 1.0) * (-1.0 if q.lo < 0.0 and rng.random() < 0.3 else 1.0)
+        value = 0.0 if q.lo == 0.0 and not q.open_lo and rng.random() < 0.1 else value
+        values[v.name] = value if q.lo < value < q.hi or value == q.lo == 0.0 else v.start
+    return values
+
+
+CONDITIONS = [(k, c) for k in KERNELS for c in conditions_of(k.module)]
+
+
+@pytest.mark.parametrize(("model", "condition"), CONDITIONS, ids=lambda x: getattr(x, "name", None))
+def test_a_condition_can_be_met_and_broken_within_the_bounds_and_says_so_in_one_line(model, condition) -> None:
+    rng = np.random.default_rng(23)
+    fields = {v.name: v.field for v in model.parameters}
+    equal = {"rho2": 0.37, "mu3": -0.37}  # the one condition that chance alone does not break
+    sides = set()
+    for trial in range(600):
+        values = drawn(model, rng) | (equal if trial == 0 and equal.keys() <= fields.keys() else {})
+        p = model.module.Params(**{fields[name]: value for name, value in values.items()})
+        met = condition.met(p)
+        sides.add(met)
+        if met:
+            continue
+        if not condition.consequence:
+            with pytest.raises(InputError):
+                model.check(p)
+        sentence = condition.sentence(p)
+        what, expected, remedy = sentence.split(" -- ")
+        assert expected == (f"expected {condition.expectation(p)}" if not condition.consequence else expected)
+        assert "\n" not in sentence
+        assert not set("{}") & set(sentence)
+        assert what
+        assert remedy
+    assert sides == {True, False}
 
 
 @every_model

@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 import pytest
 
 from tsm_fmu import InputError
-from tsm_fmu.models.contract import Quantity, check_bounds, variables
+from tsm_fmu.models.contract import Condition, Quantity, check_bounds, check_conditions, named, variables
 
 
 class Declared(NamedTuple):
@@ -69,3 +69,63 @@ def test_a_value_outside_is_named_with_its_bounds(values, message) -> None:
 @pytest.mark.parametrize("values", [{}, {"share": 1.0}, {"share": 5e-324}, {"count": 1}, {"creep__tau": 0.0}])
 def test_closed_bounds_belong_to_the_interval(values) -> None:
     check_bounds(variables(Declared), Declared(**values))
+
+
+class Ring(NamedTuple):
+    r_in: Annotated[float, Quantity("m", "inner radius", lo=0.0)] = 0.31
+    r_out: Annotated[float, Quantity("m", "outer radius", lo=0.0)] = 0.47
+    lambda_: Annotated[float, Quantity("1", "shape")] = 1.7
+
+
+def gap(p: Ring) -> float:
+    return p.r_out - p.r_in
+
+
+def middle(p: Ring) -> float:
+    return 0.5 * (p.r_in + p.r_out)
+
+
+RING = Condition(
+    "r_out > {r_in:.2f} m",
+    gap,
+    "r_out = {r_out!r} m with lambda = {lambda!r} leaves {margin:.3f} m about {middle:.4g} m",
+    "raise r_out",
+    numbers={"middle": middle},
+)
+
+
+def test_values_by_public_name() -> None:
+    assert named(Ring()) == {"r_in": 0.31, "r_out": 0.47, "lambda": 1.7}
+    assert list(named(Declared())) == ["lambda", "count", "share", "slope", "creep.tau"]
+
+
+def test_a_condition_that_is_not_met_is_one_line_with_its_numbers() -> None:
+    wrong = Ring(r_in=0.5214)
+    assert not RING.met(wrong)
+    with pytest.raises(InputError) as raised:
+        check_conditions((RING,), wrong)
+    assert str(raised.value) == (
+        "r_out = 0.47 m with lambda = 1.7 leaves -0.051 m about 0.4957 m -- expected r_out > 0.52 m -- raise r_out"
+    )
+    assert RING.expectation(wrong) == "r_out > 0.52 m"
+    assert check_conditions((RING,), Ring()) == ()
+
+
+@pytest.mark.parametrize(("closed", "met"), [(False, False), (True, True)])
+def test_the_edge_belongs_to_a_closed_condition(closed, met) -> None:
+    assert RING._replace(closed=closed).met(Ring(r_in=0.47)) is met
+    assert not RING._replace(closed=closed).met(Ring(r_in=math.nextafter(0.47, 1.0)))
+    assert RING.met(Ring(r_in=math.nextafter(0.47, 0.0)))
+
+
+def test_a_margin_that_is_no_number_is_not_met() -> None:
+    assert not RING._replace(closed=True).met(Ring(r_in=math.nan))
+
+
+def test_a_condition_with_a_consequence_warns_where_another_one_refuses() -> None:
+    warns = RING._replace(consequence="the ring is {middle:.2f} m wide")
+    wrong = Ring(r_in=0.5214)
+    line = "r_out = 0.47 m with lambda = 1.7 leaves -0.051 m about 0.4957 m -- the ring is 0.50 m wide -- raise r_out"
+    assert check_conditions((warns,), wrong) == (line,)
+    with pytest.raises(InputError, match="expected r_out"):
+        check_conditions((warns, RING), wrong)

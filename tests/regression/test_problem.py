@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from tsm_fmu import InputError
 from tsm_fmu.kernels.chain import chain
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression import problem as module
@@ -104,6 +105,11 @@ def test_refused_is_what_the_model_says_of_each_row() -> None:
         near = [np.nextafter(end, to) for end in ends[j] for to in (-np.inf, np.inf)]
         row[j] = rng.choice([*ends[j], *near, np.nan, np.inf, -row[j], 3.0 * row[j]])
         refused = problem.refused(np.array([problem.start()[0], row]))
-        assert refused is bool(problem.violation(row)), (problem.fields[j], row[j])
+        try:
+            MODEL.check(problem.params(row))
+            said = ""
+        except InputError as refusal:
+            said = str(refusal)
+        assert refused is bool(said), (problem.fields[j], row[j], said)
         verdicts.append(refused)
     assert 0.2 < np.mean(verdicts) < 0.9

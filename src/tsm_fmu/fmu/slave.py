@@ -18,7 +18,7 @@ from xml.etree import ElementTree
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
-from ..models.contract import check_bounds, variables
+from ..models.contract import check_bounds, check_conditions, conditions_of, variables
 from .library_faults import FOREIGN_HOST, HostLog, give_back, hold_namespace, keep_thread_state, let_go_at_exit
 
 TIME_TOLERANCE = 1e-3
@@ -70,7 +70,7 @@ class KernelSlave(Fmi2Slave):
         super().__init__(**kwargs)
         kernel = self.kernel
         self._step, self._inputs_type = kernel.step, kernel.Inputs
-        self._parameters = variables(kernel.Params)
+        self._parameters, self._conditions = variables(kernel.Params), conditions_of(kernel)
         inputs, outputs = variables(kernel.Inputs), variables(kernel.Outputs)
         self._variables = (*self._parameters, *inputs, *outputs)
         self._n_parameters, first_output = len(self._parameters), len(self._parameters) + len(inputs)
@@ -124,8 +124,8 @@ class KernelSlave(Fmi2Slave):
             return
         if self._stale:
             self._start()
-        if not self._not_started and hasattr(self.kernel, "warnings"):
-            for text in self.kernel.warnings(self._params):
+        if not self._not_started:
+            for text in check_conditions(self._conditions, self._params):
                 self._tell(text, Fmi2Status.warning)
         self._phase, self._running = RUNNING, True
 
@@ -246,8 +246,7 @@ class KernelSlave(Fmi2Slave):
                 raise ValueError(f"input {wrong} at the start -- expected a finite number -- {MEND}")
             params = self.kernel.Params(*self._values[: self._n_parameters])
             check_bounds(self._parameters, params)
-            if hasattr(self.kernel, "check"):
-                self.kernel.check(params)
+            check_conditions(self._conditions, params)
             self._state, outputs = self.kernel.start(params, inputs)
             self._params, self._not_started = params, ""
         except Exception as failure:

@@ -36,7 +36,7 @@ def fields_on_bound(problem: Problem, table: FloatArray) -> frozenset[str]:
 
 
 def conditions_met(problem: Problem, table: FloatArray) -> Mapping[str, tuple[str, ...]]:
-    """Joint conditions that a small change of a shared parameter would violate: message and the fields at play."""
+    """Joint conditions that a small change of a shared parameter would break: what is expected, and the fields."""
     row = table[0]
     scales = sensitivity_scales(problem.starting_at(table))
     touched: dict[str, list[str]] = {}
@@ -46,10 +46,9 @@ def conditions_met(problem: Problem, table: FloatArray) -> Mapping[str, tuple[st
         for moved in (row[j] - change, row[j] + change):
             trial = row.copy()
             trial[j] = moved
-            if parameter.min < moved < parameter.max and (message := problem.violation(trial)):
-                expected = message.partition("expected ")[2].partition(" -- ")[0] or message
-                touched.setdefault(expected, []).append(name)
-    return {message: tuple(dict.fromkeys(fields)) for message, fields in touched.items()}
+            if parameter.min < moved < parameter.max and (condition := problem.unmet(trial)):
+                touched.setdefault(condition.expectation(problem.params(trial)), []).append(name)
+    return {expected: tuple(dict.fromkeys(fields)) for expected, fields in touched.items()}
 
 
 def findings(

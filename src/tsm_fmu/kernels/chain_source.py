@@ -58,7 +58,7 @@ class Writer:
                 f"EFFECTS = {tuple(a.spec for a in self.attached)!r}",
                 *(["ROLES = model_ROLES._replace(depends={})"] if hasattr(self.module, "ROLES") else []),
                 *self._classes(),
-                *self._check(),
+                *self._conditions(),
                 *self._friction_function("start"),
                 *self._friction_function("step"),
                 *self._load_function("start"),
@@ -76,14 +76,14 @@ class Writer:
 
     def _imports(self) -> list[str]:
         names = ["Params", "State", "Inputs", "Outputs", "start", "step"]
-        optional = [n for n in ("ROLES", "check", "warnings") if hasattr(self.module, n)]
+        optional = [n for n in ("ROLES", "CONDITIONS") if hasattr(self.module, n)]
         lines = [f"from .{self.model_file} import {n} as model_{n}" for n in names + optional]
         lines += [f"from .{self.model_file} import PRESETS"]
         lines += [_imported(f, f"model_friction_{way}") for f, way in self._port("friction", "read", "write")]
         lines += [_imported(f, f"model_load_{way}") for f, way in self._port("held_load", "level", "between", "write")]
         for number, a in enumerate(self.attached):
             file = a.module.__name__.rsplit(".", 1)[-1]
-            optional = ["check"] if hasattr(a.module, "check") else []
+            optional = ["CONDITIONS"] if hasattr(a.module, "CONDITIONS") else []
             lines += [f"from ..effects.{file} import {n} as e{number}_{n}" for n in [*names, "NEUTRAL", *optional]]
         lines += ["from ..effects.coordinates import Bend, Motion, MotionParams"]
         lines += ["from ..effects.coordinates import motion_from_position, motion_from_speed"]
@@ -123,17 +123,15 @@ class Writer:
         lines += [f'    Part("{a.prefix}", e{n}_State, None, {self._units(a)!r}),' for n, a in enumerate(self.attached)]
         return [*lines, ")"]
 
-    def _check(self) -> list[str]:
-        lines = ["", "", "def check(p):"]
-        if hasattr(self.module, "check"):
-            lines.append(f"    model_check({self._model_params()})")
+    def _conditions(self) -> list[str]:
+        """Those of the model, whose parameters keep their names here, and of the effects, each on its own part."""
+        lines, found = [], ["*model_CONDITIONS"] if hasattr(self.module, "CONDITIONS") else []
         for number, a in enumerate(self.attached):
-            if hasattr(a.module, "check"):
-                lines.append(f"    e{number}_check({self._effect_params(number, a)})")
-        lines = [] if len(lines) == 3 else lines  # without a joint condition there is nothing to check
-        if hasattr(self.module, "warnings"):
-            lines += ["", "", "def warnings(p):", f"    return model_warnings({self._model_params()})"]
-        return lines
+            if hasattr(a.module, "CONDITIONS"):
+                lines += ["", "", f"def e{number}_part(p):", f"    return {self._effect_params(number, a)}"]
+                changed = f'what="{a.spec}: " + c.what, part=e{number}_part'
+                found.append(f"*(c._replace({changed}) for c in e{number}_CONDITIONS)")
+        return [*lines, *(["", "", f"CONDITIONS = ({', '.join(found)},)"] if found else [])]
 
     # -- expressions
 

@@ -14,7 +14,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..models import MODELS
-from ..models.contract import InputError, Preset, Roles, Variable, check_bounds, variables
+from ..models.contract import (
+    Condition,
+    InputError,
+    Preset,
+    Roles,
+    Variable,
+    check_bounds,
+    check_conditions,
+    conditions_of,
+    variables,
+)
 from .compiled_cache import kept, own, written
 
 FloatArray = NDArray[np.float64]
@@ -61,6 +71,11 @@ class Kernel:
     def roles(self) -> Roles:
         """What its variables are for those that work with any model; an effect has none of these roles."""
         return getattr(self.module, "ROLES", Roles())
+
+    @cached_property
+    def conditions(self) -> tuple[Condition, ...]:
+        """What its parameters must meet together; those that only warn are not among them."""
+        return tuple(c for c in conditions_of(self.module) if not c.consequence)
 
     @property
     def motion(self) -> str:
@@ -113,14 +128,11 @@ class Kernel:
     def check(self, p: Any) -> None:
         """Raise `InputError` where ``p`` violates a bound or a joint condition."""
         check_bounds(self.parameters, p)
-        joint = getattr(self.module, "check", None)
-        if joint is not None:
-            joint(p)
+        check_conditions(self.conditions, p)
 
     def warnings(self, p: Any) -> tuple[str, ...]:
         """Say what a user should know about allowed parameters, one line each."""
-        about = getattr(self.module, "warnings", None)
-        return about(p) if about is not None else ()
+        return check_conditions(conditions_of(self.module), p)
 
     def simulate(self, p: Any, time: ArrayLike, inputs: ArrayLike, *, compiled: bool = True) -> FloatArray:
         """Outputs at every row: row 0 starts the kernel, row k+1 is its k-th step.

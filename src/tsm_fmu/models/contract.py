@@ -7,8 +7,7 @@ A *kernel* is a module with four named tuples and pure functions on them. Both k
     PRESETS = {"published": Preset(...)}       named parameter sets, the first one equal to the defaults; an effect: {}
     start(p, u)        -> (state, outputs)     at the first input: motion starts there, no jump from zero
     step(p, s, u, dt)  -> (state, outputs)     inputs hold over the step, outputs are those at its end
-    check(p)           -> None                 joint conditions on the parameters; optional
-    warnings(p)        -> (str, ...)           what a user should know about allowed parameters; optional
+    CONDITIONS = (Condition(...), ...)         what several parameters must meet together; optional
 
 A model alone::
 
@@ -28,8 +27,8 @@ and their validity (of an effect: its limits).
 
 A ``start`` or ``step`` that cannot go on raises ValueError(``what -- what was expected -- what to do``).
 
-``warnings`` is for parameters that simulate but bite: one line each, ``what (value) -- consequence -- what to do``.
-It runs once at construction; an FMU logs the lines, the command line prints them, nothing is refused.
+Parameters that simulate but bite are conditions with a consequence: an FMU logs the line at its start, the command line
+prints it, nothing is refused.
 
 This file runs inside an FMU on a host that has only Python: it imports ``typing`` and ``math`` alone.
 """
@@ -48,6 +47,7 @@ from typing import (  # noqa: UP035  a kernel file imports nothing but typing an
 
 __all__ = [
     "SIGNALS",
+    "Condition",
     "FrictionPort",
     "HeldLoad",
     "InputError",
@@ -56,6 +56,9 @@ __all__ = [
     "Roles",
     "Variable",
     "check_bounds",
+    "check_conditions",
+    "conditions_of",
+    "named",
     "variables",
 ]
 
@@ -142,6 +145,65 @@ class Preset(NamedTuple):
     source: str
     printed: dict[str, tuple[float, str]]
     si: dict[str, float]
+
+
+class Condition(NamedTuple):
+    """What several parameters must meet together, as data: by how much they do, and what is said where they do not.
+
+    The texts are the three parts of one line, ``what -- expected ... -- remedy``; in them ``{name}`` is a parameter by
+    its public name, ``{margin}`` the margin or one of the `numbers`, with a format as in ``str.format``.
+
+    Attributes
+    ----------
+    expected : str
+        What must hold, ``"B > 0"``.
+    margin : callable
+        ``margin(p) -> float``: above 0 where it holds, and the further above the further inside.
+    what : str
+        What the parameters are instead.
+    remedy : str
+        What to do.
+    closed : bool
+        Whether it holds where the margin is 0.
+    numbers : mapping of str to callable
+        Further numbers of the texts, ``number(p) -> float``.
+    consequence : str
+        What comes of it where the parameters are allowed all the same: a warning, ``what -- consequence -- remedy``.
+    part : callable or None
+        In a chain, ``part(p)``: the parameters of the effect that the condition is of; None: ``p`` itself.
+    """
+
+    expected: str
+    margin: Callable[[Any], float]
+    what: str
+    remedy: str
+    closed: bool = False
+    numbers: Mapping[str, Callable[[Any], float]] = {}
+    consequence: str = ""
+    part: Callable[[Any], Any] | None = None
+
+    def met(self, p: Any) -> bool:
+        """Whether the parameters meet it; False for a margin that is no number."""
+        margin = self.margin(self._own(p))
+        return margin > 0.0 or (self.closed and margin == 0.0)
+
+    def expectation(self, p: Any) -> str:
+        """What must hold, with the numbers of these parameters."""
+        return self.expected.format_map(self._values(p))
+
+    def sentence(self, p: Any) -> str:
+        """The line about parameters that do not meet it."""
+        values = self._values(p)
+        middle = self.consequence or f"expected {self.expected}"
+        return " -- ".join(text.format_map(values) for text in (self.what, middle, self.remedy))
+
+    def _own(self, p: Any) -> Any:
+        return p if self.part is None else self.part(p)
+
+    def _values(self, p: Any) -> dict[str, float]:
+        own = self._own(p)
+        numbers = {name: number(own) for name, number in self.numbers.items()}
+        return {**named(own), **numbers, "margin": self.margin(own)}
 
 
 class FrictionPort(NamedTuple):
@@ -237,6 +299,31 @@ def variables(fields: Any) -> tuple[Variable, ...]:
         start = kind(fields._field_defaults.get(field, 0))
         found.append(Variable(field.rstrip("_").replace("__", "."), field, kind, start, quantity))
     return tuple(found)
+
+
+def named(values: Any) -> dict[str, float]:
+    """Values of an instance of a declared named-tuple class by public name."""
+    return {v.name: value for v, value in zip(variables(type(values)), values, strict=True)}
+
+
+def conditions_of(kernel: Any) -> tuple[Condition, ...]:
+    """Joint conditions that a kernel module declares."""
+    return getattr(kernel, "CONDITIONS", ())
+
+
+def check_conditions(conditions: tuple[Condition, ...], p: Any) -> tuple[str, ...]:
+    """Raise `InputError` for the first condition that parameters within their bounds do not meet.
+
+    Returns
+    -------
+    tuple of str
+        The sentences of those with a consequence that they do not meet either: warnings.
+    """
+    unmet = [condition for condition in conditions if not condition.met(p)]
+    for condition in unmet:
+        if not condition.consequence:
+            raise InputError(condition.sentence(p))
+    return tuple(condition.sentence(p) for condition in unmet)
 
 
 def check_bounds(declared: tuple[Variable, ...], values: Any) -> None:

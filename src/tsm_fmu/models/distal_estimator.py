@@ -23,13 +23,12 @@ from typing import Annotated, Any, NamedTuple
 from .contract import FrictionPort, HeldLoad, Quantity, Roles
 from .joined import Part, joined
 from .laws.lugre import stribeck
+from .tendon_drive import CONDITIONS as CONDITIONS
 from .tendon_drive import PRESETS as PRESETS
 from .tendon_drive import ROLES as DRIVE_ROLES
 from .tendon_drive import Params as DriveParams
 from .tendon_drive import State as DriveState
-from .tendon_drive import check as check
 from .tendon_drive import distal_angle, friction_torque, moved, rest
-from .tendon_drive import warnings as warnings
 
 NAME = "DistalEstimator"
 

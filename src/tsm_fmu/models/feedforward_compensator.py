@@ -22,8 +22,8 @@ Step: x_ff from (23) after x_h has moved, so that no error accumulates in x_ff.
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import Preset, Quantity
-from .laws.coleman_hodgdon import check_slopes, hysteresis_after
+from .contract import Condition, Preset, Quantity
+from .laws.coleman_hodgdon import RISING, hysteresis_after, slope_after_reversal
 from .laws.coleman_hodgdon_inverse import input_travel, jump_at_full_reversal
 
 NAME = "FeedforwardCompensator"
@@ -62,20 +62,33 @@ PRESETS = {
 }
 
 
-def check(p: Params) -> None:
-    """Raise `InputError` unless 0 < B = c + beta."""
-    check_slopes(p.c, p.beta)
+def largest_jump(p: Params) -> float:
+    """Jump that law 2 asks of the drive where the reference turns [deg]."""
+    return math.degrees(jump_at_full_reversal(p.c, p.beta, p.alpha)) if p.law == 2 else 0.0
 
 
-def warnings(p: Params) -> tuple[str, ...]:
-    """Say where law 2 asks the drive to jump."""
-    jump = jump_at_full_reversal(p.c, p.beta, p.alpha)
-    if p.law == 2 and jump > 0.0:
-        return (
-            f"B = c + beta = {p.c + p.beta:g} is below c/2 = {0.5 * p.c:g} -- law 2 jumps by up to "
-            f"{math.degrees(jump):.4g} deg at each reversal, which no motor follows -- use law 1 or fit with B >= c/2",
-        )
-    return ()
+def half_ratio(p: Params) -> float:
+    """c/2, the least B at which the drive need not jump."""
+    return 0.5 * p.c
+
+
+def smoothness(p: Params) -> float:
+    """0 where the drive need not jump, below it by the jump [deg]."""
+    return -largest_jump(p)
+
+
+CONDITIONS = (
+    RISING,
+    Condition(
+        "B >= c/2 for law 2",
+        smoothness,
+        "B = c + beta = {B:g} is below c/2 = {half:g}",
+        "use law 1 or fit with B >= c/2",
+        closed=True,
+        numbers={"B": slope_after_reversal, "half": half_ratio, "jump": largest_jump},
+        consequence="law 2 jumps by up to {jump:.4g} deg at each reversal, which no motor follows",
+    ),
+)
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:

@@ -41,9 +41,9 @@ from .lebus.loop import Loop, advance, reference_loop, settle
 from .lebus.rig import Rig, rig, stay_in_grooves
 from .lebus.state import State as LoopState
 from .lebus.state import loop_of, state_of
+from .lebus_transmission import CONDITIONS as CONDITIONS
 from .lebus_transmission import PRESETS as TRANSMISSION_PRESETS
 from .lebus_transmission import Params as TransmissionParams
-from .lebus_transmission import check as check
 
 NAME = "LebusCompensator"
 

@@ -38,9 +38,9 @@ Validity: quasi-static motion of a massless linear-elastic tendon with Coulomb f
 """
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-from .contract import InputError, Preset, Quantity
+from .contract import Condition, Preset, Quantity
 from .laws.capstan import sheath_of, stretched
 from .laws.signs import sign
 from .lebus.geometry import layers_below, wheel_friction
@@ -135,28 +135,72 @@ PRESETS = {
 LARGEST_LAM = 30.0  # exp(lam) gains 13 decades: beyond it no tension survives the sheath
 
 
-def check(p: Params) -> None:
-    """Raise `InputError` for a piece without length, too sharp bends, a full wheel or too long a slip length."""
+def empty_piece(p: Any) -> int:
+    """Number of the shortest piece of sheath that counts, from 1."""
+    lengths = (p.L_1, p.L_2, p.L_3, p.L_4, p.L_5, p.L_6, p.L_7, p.L_8)
+    shortest = 0
+    for i in range(p.n_seg):
+        if lengths[i] < lengths[shortest]:
+            shortest = i
+    return shortest + 1
+
+
+def shortest_length(p: Any) -> float:
+    """Length of that piece [m]."""
+    return (p.L_1, p.L_2, p.L_3, p.L_4, p.L_5, p.L_6, p.L_7, p.L_8)[empty_piece(p) - 1]
+
+
+def total_bend(p: Any) -> float:
+    """lam, mu times the total bending angle."""
     lengths = (p.L_1, p.L_2, p.L_3, p.L_4, p.L_5, p.L_6, p.L_7, p.L_8)
     radii = (p.R_1, p.R_2, p.R_3, p.R_4, p.R_5, p.R_6, p.R_7, p.R_8)
-    for i in range(p.n_seg):
-        if lengths[i] <= 0.0:
-            raise InputError(
-                f"L_{i + 1} = {lengths[i]!r} m with n_seg = {p.n_seg} -- expected a length above 0 (the distance from "
-                f"the driver must grow, Eq (16)) -- set L_{i + 1} or lower n_seg"
-            )
-    lam = sheath_of(p.mu, p.n_seg, lengths, radii).lam
-    if lam > LARGEST_LAM:
-        raise InputError(
-            f"mu times the total bending angle = {lam!r} -- expected at most {LARGEST_LAM:g} -- check mu, L_i and R_i "
-            "(all in metres)"
-        )
-    most = 2.0 * wheel_friction(p.mu, 1.0, 0.0, p.D, p.d, 0) * p.s_w
-    if most >= 1.0:
-        raise InputError(
-            f"s_w = {p.s_w!r} m -- expected below {p.s_w / most!r} m, where wheel friction takes the whole tension "
-            "-- shorten s_w"
-        )
+    return sheath_of(p.mu, p.n_seg, lengths, radii).lam
+
+
+def bend_left(p: Any) -> float:
+    """What lam is below the largest one."""
+    return LARGEST_LAM - total_bend(p)
+
+
+def wheel_share(p: Any) -> float:
+    """Largest part of the tension that the friction on the wheel takes."""
+    return 2.0 * wheel_friction(p.mu, 1.0, 0.0, p.D, p.d, 0) * p.s_w
+
+
+def tension_left(p: Any) -> float:
+    """Part of the tension that is left behind the wheel."""
+    return 1.0 - wheel_share(p)
+
+
+def longest_slip(p: Any) -> float:
+    """Slip length [m] at which the wheel takes the whole tension."""
+    return p.s_w / wheel_share(p)
+
+
+CONDITIONS = (
+    Condition(
+        "a length above 0 (the distance from the driver must grow, Eq (16))",
+        shortest_length,
+        "L_{piece} = {margin!r} m with n_seg = {n_seg}",
+        "set L_{piece} or lower n_seg",
+        numbers={"piece": empty_piece},
+    ),
+    Condition(
+        f"at most {LARGEST_LAM:g}",
+        bend_left,
+        "mu times the total bending angle = {lam!r}",
+        "check mu, L_i and R_i (all in metres)",
+        closed=True,
+        numbers={"lam": total_bend},
+    ),
+    Condition(
+        "below {longest!r} m, where wheel friction takes the whole tension",
+        tension_left,
+        "s_w = {s_w!r} m",
+        "shorten s_w",
+        numbers={"longest": longest_slip},
+    ),
+)
 
 
 def _outputs(p: Params, g: Rig, s: State) -> Outputs:

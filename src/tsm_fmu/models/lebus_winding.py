@@ -27,7 +27,7 @@ Validity: the grooves begin at theta = 0 and end when all layers are full: outsi
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import InputError, Preset, Quantity
+from .contract import Condition, Preset, Quantity
 from .lebus.geometry import TWO_PI, groove_drop, layer_radius, layers_below, wheel_friction
 
 NAME = "LebusWinding"
@@ -87,13 +87,26 @@ PRESETS = {
 }
 
 
-def check(p: Params) -> None:
-    """Raise `InputError` where a layer of n_t turns is wider than the wheel."""
-    if p.n_t * p.P_s > p.L_d0 * (1.0 + 1e-9):
-        raise InputError(
-            f"n_t = {p.n_t!r} turns of pitch P_s = {p.P_s!r} m take {p.n_t * p.P_s!r} m -- expected at most the "
-            f"wheel's width L_d0 = {p.L_d0!r} m -- lower n_t or widen L_d0"
-        )
+def layer_width(p: Params) -> float:
+    """Width of a layer of n_t turns [m]."""
+    return p.n_t * p.P_s
+
+
+def spare_width(p: Params) -> float:
+    """What the wheel is wider than a layer, roundings allowed [m]."""
+    return p.L_d0 * (1.0 + 1e-9) - layer_width(p)
+
+
+CONDITIONS = (
+    Condition(
+        "at most the wheel's width L_d0 = {L_d0!r} m",
+        spare_width,
+        "n_t = {n_t!r} turns of pitch P_s = {P_s!r} m take {width!r} m",
+        "lower n_t or widen L_d0",
+        closed=True,
+        numbers={"width": layer_width},
+    ),
+)
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:

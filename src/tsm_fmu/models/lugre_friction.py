@@ -17,8 +17,8 @@ meant (square root of 1e5, the textbook value of Canudas de Wit et al. 1995). F_
 
 from typing import Annotated, NamedTuple
 
-from .contract import FrictionPort, Preset, Quantity, Roles
-from .laws.lugre import bristle_after, can_generate_energy, friction, stribeck
+from .contract import Condition, FrictionPort, Preset, Quantity, Roles
+from .laws.lugre import bristle_after, friction, passive_damping, stribeck
 
 NAME = "LuGreFriction"
 
@@ -69,14 +69,27 @@ PRESETS = {
 }
 
 
-def warnings(p: Params) -> tuple[str, ...]:
-    """Say where the parameters make the model gain energy."""
-    if can_generate_energy(p.F_c, p.F_s, p.sigma1, p.sigma2):
-        return (
-            f"sigma2 = {p.sigma2:g} N.s/m is below sigma1 (F_s - F_c)/F_c = "
-            f"{p.sigma1 * (p.F_s - p.F_c) / p.F_c:g} N.s/m -- the friction is not passive near v_s -- lower sigma1",
-        )
-    return ()
+def needed_damping(p: Params) -> float:
+    """Least sigma2 with which the friction gains no energy [N.s/m]."""
+    return passive_damping(p.F_c, p.F_s, p.sigma1)
+
+
+def spare_damping(p: Params) -> float:
+    """What sigma2 is above that."""
+    return p.sigma2 - needed_damping(p)
+
+
+CONDITIONS = (
+    Condition(
+        "sigma2 >= sigma1 (F_s - F_c)/F_c",
+        spare_damping,
+        "sigma2 = {sigma2:g} N.s/m is below sigma1 (F_s - F_c)/F_c = {needed:g} N.s/m",
+        "lower sigma1",
+        closed=True,
+        numbers={"needed": needed_damping},
+        consequence="the friction is not passive near v_s",
+    ),
+)
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:

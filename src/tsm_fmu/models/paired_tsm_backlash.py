@@ -19,7 +19,7 @@ B >= c/2: the published set (B = 0.08363) does so. Simulation accepts it, the in
 from typing import Annotated, NamedTuple
 
 from .contract import Preset, Quantity, Roles
-from .laws.coleman_hodgdon import check_slopes, hysteresis_after
+from .laws.coleman_hodgdon import RISING, hysteresis_after
 
 NAME = "PairedTsmBacklash"
 ROLES = Roles(motion="x_in", offsets=("x_0",), initial=("x_h_0",))
@@ -58,9 +58,7 @@ PRESETS = {
 }
 
 
-def check(p: Params) -> None:
-    """Raise `InputError` unless 0 < B = c + beta."""
-    check_slopes(p.c, p.beta)
+CONDITIONS = (RISING,)
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:

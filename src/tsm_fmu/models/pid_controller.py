@@ -29,7 +29,7 @@ Validity: u_min < u_max; T_f of at least a step or two keeps quantisation noise 
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import InputError, Preset, Quantity
+from .contract import Condition, Preset, Quantity
 from .laws.velocity_filter import filtered_slope
 
 NAME = "PidController"
@@ -77,12 +77,14 @@ PRESETS = {
 }
 
 
-def check(p: Params) -> None:
-    """Raise `InputError` unless u_min < u_max."""
-    if not p.u_min < p.u_max:
-        raise InputError(
-            f"u_min = {p.u_min!r} V with u_max = {p.u_max!r} V -- expected u_min < u_max -- lower u_min or raise u_max"
-        )
+def span(p: Params) -> float:
+    """Width of the band of the output [V]."""
+    return p.u_max - p.u_min
+
+
+CONDITIONS = (
+    Condition("u_min < u_max", span, "u_min = {u_min!r} V with u_max = {u_max!r} V", "lower u_min or raise u_max"),
+)
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:

@@ -29,9 +29,9 @@ Validity: k > 0, sigma >= 1/2, n >= 1 and inf F_f > 0; then |F| <= max(|F at the
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import Preset, Quantity, Roles
+from .contract import Condition, Preset, Quantity, Roles
 from .laws.bouc_wen import bouc_wen_after
-from .laws.friction_branches import check_pull_side, check_release_side, pull_level, release_level
+from .laws.friction_branches import PULL_OPPOSES, pull_level, release_level
 from .laws.signs import held_sign
 from .laws.single_tsm_parameters import (
     HeldSign,
@@ -48,6 +48,7 @@ from .laws.single_tsm_parameters import (
 from .laws.tension import DEPENDS, FRICTION, Inputs, Outputs, tensions
 
 __all__ = [
+    "CONDITIONS",
     "NAME",
     "PRESETS",
     "ROLES",
@@ -55,7 +56,6 @@ __all__ = [
     "Outputs",
     "Params",
     "State",
-    "check",
     "sliding_force",
     "start",
     "step",
@@ -126,11 +126,20 @@ PRESETS = {
 }
 
 
-def check(p: Params) -> None:
-    """Raise `InputError` unless the sliding level stays positive in all four branches."""
-    check_pull_side(p.rho1, p.mu1, p.mu2)
-    floor = p.rho2 + min(p.mu3, 0.0) - abs(p.mu4)
-    check_release_side(p.rho2, f"mu3 = {p.mu3!r} and mu4 = {p.mu4!r}", floor, "rho2 + min(mu3, 0) - |mu4|")
+def least_release_force(p: Params) -> float:
+    """Least sliding force over every v <= 0 and a [N]."""
+    return p.rho2 + min(p.mu3, 0.0) - abs(p.mu4)
+
+
+CONDITIONS = (
+    PULL_OPPOSES,
+    Condition(
+        "rho2 + min(mu3, 0) - |mu4| > 0, else friction drives the motion",
+        least_release_force,
+        "rho2 = {rho2!r} with mu3 = {mu3!r} and mu4 = {mu4!r} lets the sliding level of v <= 0 fall to {margin!r}",
+        "raise rho2",
+    ),
+)
 
 
 def sliding_force(p: Params, v: float, a: float, sgn_a: float) -> float:

@@ -25,8 +25,8 @@ Validity: inf F_f > 0, that is rho1 + min(mu1, 0) + min(mu2, 0) > 0 and rho2 > |
 
 from typing import Annotated, NamedTuple
 
-from .contract import Preset, Quantity, Roles
-from .laws.friction_branches import check_pull_side, check_release_side, pull_level, release_level
+from .contract import Condition, Preset, Quantity, Roles
+from .laws.friction_branches import PULL_OPPOSES, pull_level, release_level
 from .laws.lugre import bristle_after
 from .laws.signs import held_sign
 from .laws.single_tsm_parameters import (
@@ -44,6 +44,7 @@ from .laws.single_tsm_parameters import (
 from .laws.tension import DEPENDS, FRICTION, Inputs, Outputs, tensions
 
 __all__ = [
+    "CONDITIONS",
     "NAME",
     "PRESETS",
     "ROLES",
@@ -51,7 +52,6 @@ __all__ = [
     "Outputs",
     "Params",
     "State",
-    "check",
     "sliding_force",
     "start",
     "step",
@@ -102,10 +102,20 @@ PRESETS = {
 }
 
 
-def check(p: Params) -> None:
-    """Raise `InputError` unless the sliding level stays positive in all four branches."""
-    check_pull_side(p.rho1, p.mu1, p.mu2)
-    check_release_side(p.rho2, f"mu3 = {p.mu3!r}", p.rho2 - abs(p.mu3), "rho2 - |mu3|")
+def least_release_force(p: Params) -> float:
+    """Least sliding force over every v <= 0 and a [N]."""
+    return p.rho2 - abs(p.mu3)
+
+
+CONDITIONS = (
+    PULL_OPPOSES,
+    Condition(
+        "rho2 - |mu3| > 0, else friction drives the motion",
+        least_release_force,
+        "rho2 = {rho2!r} with mu3 = {mu3!r} lets the sliding level of v <= 0 fall to {margin!r}",
+        "raise rho2",
+    ),
+)
 
 
 def sliding_force(p: Params, v: float, a: float, sgn_a: float) -> float:

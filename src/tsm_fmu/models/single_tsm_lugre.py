@@ -34,8 +34,8 @@ reversal of friction off that of v (lead for lambda > 0), so that F v < 0 is the
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import InputError, Preset, Quantity, Roles
-from .laws.friction_branches import check_pull_side, pull_level, release_level
+from .contract import Condition, Preset, Quantity, Roles
+from .laws.friction_branches import PULL_OPPOSES, pull_level, release_level
 from .laws.signs import held_sign
 from .laws.single_tsm_parameters import (
     HeldSign,
@@ -52,6 +52,7 @@ from .laws.single_tsm_parameters import (
 from .laws.tension import DEPENDS, FRICTION, LoadTension, MeasuredTension, Outputs, tensions
 
 __all__ = [
+    "CONDITIONS",
     "NAME",
     "PRESETS",
     "ROLES",
@@ -59,7 +60,6 @@ __all__ = [
     "Outputs",
     "Params",
     "State",
-    "check",
     "escape_time",
     "sliding_level",
     "start",
@@ -128,28 +128,54 @@ PRESETS = {
 }
 
 
-def check(p: Params) -> None:
-    """Raise `InputError` unless |S| is positive at rest in all branches, and S itself with ``literal``."""
-    check_pull_side(p.rho1, p.mu1, p.mu2)
-    least = p.rho2 - abs(p.mu3)
-    if least == 0.0:
-        raise InputError(
-            f"rho2 = {p.rho2!r} with mu3 = {p.mu3!r} makes S = 0 at every reversal to v < 0 "
-            "-- expected rho2 != |mu3|, Eq (5) divides by S -- change rho2 or mu3"
-        )
-    if p.literal == 1 and least < 0.0:
-        after = escape_time(least, p.rho, 1.0, p.rho2 + abs(p.mu3))
-        rest = escape_time(least, p.rho, 1.0, 0.0)
-        raise InputError(
-            f"literal = 1 with rho2 = {p.rho2!r} and mu3 = {p.mu3!r} makes S as low as {least:.5g} for v < 0, where "
-            f"zeta escapes to infinity: t_esc = {rest:.4f} s from zeta = 0 and {after:.4f} s out of sliding, at "
-            "|w| = 1 rad/s (MMT 2015, Eqs (5), (10)) -- expected rho2 > |mu3| -- use |S| (literal = 0) or raise rho2"
-        )
-
-
 def escape_time(S: float, rho: float, w: float, zeta_0: float) -> float:
     """Time [s] in which Eq (5) as printed with S <= 0 takes ``zeta_0`` of the sign of -1 to infinity, Eq (5a)."""
     return abs(S) / (rho * abs(w)) * (0.5 * math.pi - math.atan2(abs(zeta_0), abs(S)))
+
+
+def least_release_level(p: Params) -> float:
+    """Least S over every v <= 0 and a, at rest."""
+    return p.rho2 - abs(p.mu3)
+
+
+def distance_from_zero(p: Params) -> float:
+    """|S| at rest on the lower release branch."""
+    return abs(least_release_level(p))
+
+
+def least_literal_level(p: Params) -> float:
+    """Least S where it is taken as printed."""
+    return least_release_level(p) if p.literal == 1 else math.inf
+
+
+def escape_from_rest(p: Params) -> float:
+    """t_esc from zeta = 0 at |w| = 1 rad/s [s]."""
+    return escape_time(least_release_level(p), p.rho, 1.0, 0.0)
+
+
+def escape_from_sliding(p: Params) -> float:
+    """t_esc out of sliding on the other branch at |w| = 1 rad/s [s]."""
+    return escape_time(least_release_level(p), p.rho, 1.0, p.rho2 + abs(p.mu3))
+
+
+CONDITIONS = (
+    PULL_OPPOSES,
+    Condition(
+        "rho2 != |mu3|, Eq (5) divides by S",
+        distance_from_zero,
+        "rho2 = {rho2!r} with mu3 = {mu3!r} makes S = 0 at every reversal to v < 0",
+        "change rho2 or mu3",
+    ),
+    Condition(
+        "rho2 > |mu3|",
+        least_literal_level,
+        "literal = 1 with rho2 = {rho2!r} and mu3 = {mu3!r} makes S as low as {margin:.5g} for v < 0, where "
+        "zeta escapes to infinity: t_esc = {rest:.4f} s from zeta = 0 and {sliding:.4f} s out of sliding, at "
+        "|w| = 1 rad/s (MMT 2015, Eqs (5), (10))",
+        "use |S| (literal = 0) or raise rho2",
+        numbers={"rest": escape_from_rest, "sliding": escape_from_sliding},
+    ),
+)
 
 
 def sliding_level(p: Params, v: float, a: float, sgn_a: float) -> float:

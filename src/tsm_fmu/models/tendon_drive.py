@@ -13,9 +13,9 @@ Validity: 0 < B = c + beta; then |x_h| <= max(|x_h_0|, |beta|/alpha), and |sigma
 
 from typing import Annotated, NamedTuple
 
-from .contract import FrictionPort, Preset, Quantity, Roles
-from .laws.coleman_hodgdon import check_slopes, hysteresis_after
-from .laws.lugre import bristle_after, can_generate_energy, friction, stribeck
+from .contract import Condition, FrictionPort, Preset, Quantity, Roles
+from .laws.coleman_hodgdon import RISING, hysteresis_after
+from .laws.lugre import bristle_after, friction, passive_damping, stribeck
 from .laws.velocity_filter import filtered_slope
 
 NAME = "TendonDrive"
@@ -79,20 +79,28 @@ PRESETS = {
 }
 
 
-def check(p: Params) -> None:
-    """Raise `InputError` unless 0 < B = c + beta."""
-    check_slopes(p.c, p.beta)
+def needed_damping(p: Params) -> float:
+    """Least sigma2 with which the friction gains no energy [N.m.s/rad]."""
+    return passive_damping(p.tau_c, p.tau_s, p.sigma1)
 
 
-def warnings(p: Params) -> tuple[str, ...]:
-    """Say where the parameters make the friction gain energy."""
-    if can_generate_energy(p.tau_c, p.tau_s, p.sigma1, p.sigma2):
-        return (
-            f"sigma2 = {p.sigma2:g} N.m.s/rad is below sigma1 (tau_s - tau_c)/tau_c = "
-            f"{p.sigma1 * (p.tau_s - p.tau_c) / p.tau_c:g} N.m.s/rad -- the friction is not passive near v_s -- "
-            "lower sigma1",
-        )
-    return ()
+def spare_damping(p: Params) -> float:
+    """What sigma2 is above that."""
+    return p.sigma2 - needed_damping(p)
+
+
+CONDITIONS = (
+    RISING,
+    Condition(
+        "sigma2 >= sigma1 (tau_s - tau_c)/tau_c",
+        spare_damping,
+        "sigma2 = {sigma2:g} N.m.s/rad is below sigma1 (tau_s - tau_c)/tau_c = {needed:g} N.m.s/rad",
+        "lower sigma1",
+        closed=True,
+        numbers={"needed": needed_damping},
+        consequence="the friction is not passive near v_s",
+    ),
+)
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:

@@ -1,7 +1,7 @@
 """From the optimiser's scaled coordinates to parameter values that the model accepts.
 
 A parameter with an open bound at zero is searched in its logarithm, every other one in units of the change
-that moves the outputs by one standard deviation. A joint condition of the model (``check(p)``) has no
+that moves the outputs by one standard deviation. A joint condition of the model has no
 coordinates of its own: a point outside is drawn back along the line to a valid anchor, on to the boundary. The
 search then slides along that boundary, and the result names the condition that stopped it.
 """
@@ -104,7 +104,7 @@ class Coordinates:
         return table
 
     def _refused(self, table: FloatArray) -> bool:
-        if not hasattr(self.problem.kernel.module, "check"):
+        if not self.problem.kernel.conditions:
             return False  # the search keeps the bounds; only a joint condition can refuse
         return self.problem.refused(table if self.problem.own else table[:1])
 

@@ -17,7 +17,7 @@ from lmfit import Parameters
 from numpy.typing import NDArray
 
 from ..kernels.kernel import Kernel, compiled_run
-from ..models.contract import InputError, Variable
+from ..models.contract import Condition, Variable
 from .threads import spread
 
 FloatArray = NDArray[np.float64]
@@ -165,15 +165,7 @@ class Problem:
         low, high = self._allowed
         if not ((low <= table) & (table <= high)).all():
             return True
-        joint = getattr(self.kernel.module, "check", None)
-        if joint is None:
-            return False
-        try:
-            for row in table:
-                joint(self.params(row))
-        except InputError:
-            return True
-        return False
+        return any(self.unmet(row) is not None for row in table)
 
     @cached_property
     def _allowed(self) -> tuple[FloatArray, FloatArray]:
@@ -183,13 +175,10 @@ class Problem:
         high = [np.nextafter(q.hi, -np.inf) if q.open_hi or np.isinf(q.hi) else q.hi for q in quantities]
         return np.array(low), np.array(high)
 
-    def violation(self, row: FloatArray) -> str:
-        """What a row violates (a bound or a joint condition of the model), or an empty string."""
-        try:
-            self.kernel.check(self.params(row))
-        except InputError as wrong:
-            return str(wrong)
-        return ""
+    def unmet(self, row: FloatArray) -> Condition | None:
+        """The first joint condition of the model that a row within the bounds does not meet."""
+        p = self.params(row)
+        return next((c for c in self.kernel.conditions if not c.met(p)), None)
 
     def outputs(self, run: int, row: FloatArray) -> FloatArray:
         """Simulated channels of one run, shape (n, channels); all NaN if the model stops."""

@@ -12,8 +12,9 @@ Rate independent and exact for any step that does not turn inside. |x_h| <= max(
 """
 
 import math
+from typing import Any
 
-from ..contract import InputError
+from ..contract import Condition
 
 
 def hysteresis_after(x_h: float, dx_in: float, beta: float, alpha: float) -> float:
@@ -36,10 +37,15 @@ def hysteresis_after(x_h: float, dx_in: float, beta: float, alpha: float) -> flo
     return asymptote + (x_h - asymptote) * math.exp(-alpha * abs(dx_in))
 
 
-def check_slopes(c: float, beta: float) -> None:
-    """Raise `InputError` unless 0 < B = c + beta (B > 0 and B < c, below Eq (10); beta < 0 is a declared bound)."""
-    if c + beta <= 0.0:
-        raise InputError(
-            f"beta = {beta!r} with c = {c!r} gives B = c + beta = {c + beta!r} -- expected B > 0 "
-            "(MSSP 2015, below Eq (10)) -- raise beta above -c"
-        )
+def slope_after_reversal(p: Any) -> float:
+    """B = c + beta, the slope of the output just after a reversal."""
+    return p.c + p.beta
+
+
+# B < c, also below Eq (10), is the bound of beta
+RISING = Condition(
+    "B > 0 (MSSP 2015, below Eq (10))",
+    slope_after_reversal,
+    "beta = {beta!r} with c = {c!r} gives B = c + beta = {margin!r}",
+    "raise beta above -c",
+)

@@ -12,8 +12,9 @@ Eq (12) as printed would be one). Before any acceleration the release side is at
 """
 
 import math
+from typing import Any
 
-from ..contract import InputError
+from ..contract import Condition
 
 
 def pull_level(
@@ -29,20 +30,14 @@ def release_level(v: float, a: float, sgn_a: float, level: float, mu: float, kap
     return level - sgn_a * mu * math.exp(-kappa_v * abs(v) / (abs(a) + kappa_a))
 
 
-def check_pull_side(rho1: float, mu1: float, mu2: float) -> None:
-    """Raise `InputError` unless the pull level stays positive for every v >= 0 and a."""
-    floor = rho1 + min(mu1, 0.0) + min(mu2, 0.0)
-    if floor <= 0.0:
-        raise InputError(
-            f"rho1 = {rho1!r} with mu1 = {mu1!r} and mu2 = {mu2!r} lets the sliding level of v >= 0 fall to {floor!r} "
-            "-- expected rho1 + min(mu1, 0) + min(mu2, 0) > 0, else friction drives the motion -- raise rho1"
-        )
+def least_pull_level(p: Any) -> float:
+    """Least sliding level over every v >= 0 and a."""
+    return p.rho1 + min(p.mu1, 0.0) + min(p.mu2, 0.0)
 
 
-def check_release_side(rho2: float, mu: str, floor: float, condition: str) -> None:
-    """Raise `InputError` unless ``floor``, the least release level over all v <= 0 and a, is positive."""
-    if floor <= 0.0:
-        raise InputError(
-            f"rho2 = {rho2!r} with {mu} lets the sliding level of v <= 0 fall to {floor!r} "
-            f"-- expected {condition} > 0, else friction drives the motion -- raise rho2"
-        )
+PULL_OPPOSES = Condition(
+    "rho1 + min(mu1, 0) + min(mu2, 0) > 0, else friction drives the motion",
+    least_pull_level,
+    "rho1 = {rho1!r} with mu1 = {mu1!r} and mu2 = {mu2!r} lets the sliding level of v >= 0 fall to {margin!r}",
+    "raise rho1",
+)

@@ -41,6 +41,6 @@ def friction(z: float, v: float, s: float, sigma0: float, sigma1: float, sigma2:
     return sigma0 * z + sigma1 * bristle_rate(z, v, s) + sigma2 * v
 
 
-def can_generate_energy(f_c: float, f_s: float, sigma1: float, sigma2: float) -> bool:
-    """Tell whether the bristle damping breaks passivity: sigma2 < sigma1 (F_s - F_c)/F_c."""
-    return sigma2 < sigma1 * (f_s - f_c) / f_c
+def passive_damping(f_c: float, f_s: float, sigma1: float) -> float:
+    """Least sigma2 that keeps v -> F passive beside the damping of the bristles, sigma1 (F_s - F_c)/F_c."""
+    return sigma1 * (f_s - f_c) / f_c
