@@ -15,6 +15,7 @@ from typing import Any
 import fmpy
 
 from ..models.contract import InputError
+from .unpack import opened
 
 KINDS = {
     "Real": "Real",
@@ -179,6 +180,8 @@ def describe(path: Path | str) -> Description:
         raise InputError(f"FMU {path} -- expected an existing .fmu file -- build it with 'tsm-fmu build'")
     if not zipfile.is_zipfile(path):
         raise InputError(f"FMU {path} -- expected a zip archive -- the file is damaged or not an FMU; get it again")
+    with opened(path):
+        pass  # of sensible size and paths: the reader below asks for neither
     try:
         model = fmpy.read_model_description(path, validate=False)
         version = model.fmiMajorVersion

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import logging
 import zipfile
-import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import IO
 from uuid import UUID
 from xml.etree import ElementTree
 
 from fmpy.validation import validate_fmu as fmpy_validation
 
+from ..cosim.unpack import opened
+from ..models.contract import InputError
 from .content import recomputed_guid, tag_of
 from .reference_check import reference_problems
 
 DESCRIPTION = "modelDescription.xml"
+_CHUNK = 1 << 20
 
 
 def validate_fmu(path: str | Path) -> list[str]:
@@ -33,12 +36,41 @@ def validate_fmu(path: str | Path) -> list[str]:
     if not path.is_file():
         return [f"FMU {path} -- expected an existing file -- build it with 'tsm-fmu build'"]
     try:
-        with zipfile.ZipFile(path) as archive:
-            files = {n: archive.read(n) for n in archive.namelist() if not n.endswith("/")}
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, OSError) as failure:
-        return [
-            f"FMU {path} cannot be unpacked ({_line(failure)}) -- expected an undamaged zip archive -- get it again"
-        ]
+        with opened(path) as archive:
+            return _problems(path, _Files(archive))
+    except InputError as wrong:
+        return [str(wrong)]
+
+
+class _Files(Mapping[str, bytes]):
+    """The files of an archive, each read when it is asked for: a library may be larger than the memory."""
+
+    def __init__(self, archive: zipfile.ZipFile) -> None:
+        self._archive = archive
+        self._names = [name for name in archive.namelist() if not name.endswith("/")]
+
+    def __getitem__(self, name: str) -> bytes:
+        return self._archive.read(name)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+    def stream(self, name: str) -> IO[bytes]:
+        """Open a file for reading in parts."""
+        return self._archive.open(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+def _problems(path: Path, files: _Files) -> list[str]:
+    for name in files:  # a damaged member is found before any tool unpacks it
+        with files.stream(name) as member:
+            while member.read(_CHUNK):
+                pass
     if DESCRIPTION not in files:
         return [f"FMU {path} has no {DESCRIPTION} -- expected one at the top of the archive -- build it again"]
     try:
@@ -106,7 +138,7 @@ def _toolbox_problems(path: Path) -> list[str]:
     return [f"fmu-manipulation-toolbox: {line}" for line in errors.lines]
 
 
-def _binary_problems(root: ElementTree.Element, files: dict[str, bytes]) -> list[str]:
+def _binary_problems(root: ElementTree.Element, files: Mapping[str, bytes]) -> list[str]:
     section = root.find("CoSimulation")
     if section is None:
         section = root.find("ModelExchange")
@@ -117,7 +149,7 @@ def _binary_problems(root: ElementTree.Element, files: dict[str, bytes]) -> list
     return []
 
 
-def _identity_problems(root: ElementTree.Element, files: dict[str, bytes]) -> list[str]:
+def _identity_problems(root: ElementTree.Element, files: Mapping[str, bytes]) -> list[str]:
     guid = root.get("guid", "")
     try:
         tag = tag_of(UUID(guid))
