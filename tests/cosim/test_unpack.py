@@ -30,11 +30,11 @@ def with_zeros(fmu: Path, path: Path, size: int) -> Path:
 
 @pytest.fixture(scope="module")
 def bomb(foreign, tmp_path_factory):
-    return with_zeros(foreign["gain"], tmp_path_factory.mktemp("bomb") / "bomb.fmu", 700_000_000)
+    return with_zeros(foreign["gain"], tmp_path_factory.mktemp("bomb") / "bomb.fmu", 300_000_000)
 
 
 def test_an_archive_that_grows_without_measure_is_refused_and_not_read(bomb):
-    expected = re.escape(f"FMU {bomb} unpacks to 0.701 GB, ") + r"\d+ times its size -- expected at most 2 GB"
+    expected = re.escape(f"FMU {bomb} unpacks to 0.301 GB, ") + r"\d+ times its size -- expected at most 2 GB"
     tracemalloc.start()
     with pytest.raises(InputError, match=expected), unpacked(bomb):
         pass
@@ -51,6 +51,7 @@ def test_what_is_allowed_by_name_is_validated_in_parts(foreign, tmp_path, monkey
     monkeypatch.setattr(unpack, "GROWTH_FROM", 0.01)
     assert any("times its size" in line for line in validate_fmu(large))
     monkeypatch.setenv(unpack.LIMIT_VARIABLE, "1")
+    validate_fmu(foreign["gain"])  # imports its tools before memory is counted
     tracemalloc.start()
     assert not any("times its size" in line for line in validate_fmu(large))
     _, peak = tracemalloc.get_traced_memory()
