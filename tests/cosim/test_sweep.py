@@ -50,10 +50,11 @@ def test_a_grid_gives_the_closed_form_at_every_point(foreign, tmp_path, capsys):
 
 
 def test_a_point_that_fails_says_why_and_the_others_stay(foreign, tmp_path, capsys):
-    assert swept(tmp_path, belt(foreign, mode=1), "--vary", "belt.t_fail=0.2:1.4:3") == 0
+    assert swept(tmp_path, belt(foreign, mode=1), "--vary", "belt.t_fail=0.2:1.4:3") == 2
     said = capsys.readouterr()
     assert said.err.startswith("belt.t_fail = 0.2: FMU belt (Failing.fmu) returned Discard from doStep at t = 0.2 s")
-    assert said.err.count("\n") == 1
+    assert "tsm-fmu: 1 of 3 points failed -- expected none" in said.err
+    assert said.err.count("\n") == 2
     first, *rest = json.loads((tmp_path / "out" / "sweep.json").read_text(encoding="utf-8"))["points"]
     assert first["metrics"] == {}
     assert "the belt slipped" in first["failed"]
@@ -86,7 +87,9 @@ def test_ctrl_c_keeps_the_points_that_are_done(foreign, tmp_path, capsys):
         (["--vary", "belt.width=0:1:4"], "start value 'belt.width': Failing.fmu has no such variable"),
         (["--vary", "drum.width=0:1:4"], "'drum.width' -- expected component.variable with one of belt"),
         (["--vary", "belt.count=0:1:4"], "start value 'belt.count' is an output -- expected a parameter or an input"),
-        (["--vary", "belt.t_fail=0:1:400000"], "400000 points -- expected at most 100000"),
+        (["--vary", "belt.t_fail=0:1:400000"], "--vary belt.t_fail=0:1:400000 -- expected at most 100000 points"),
+        (["--vary", "belt.t_fail=0:1:1000000000000"], "expected at most 100000 points -- take fewer"),
+        (["--vary", "belt.t_fail=0:1:50000", "--vary", "belt.mode=0:4:5"], "250000 points -- expected at most 100000"),
         (["--vary", "belt.mode=0:1:2", "--set", "belt.mode=1"], "--vary and --set belt.mode -- expected one of them"),
         (["--vary", "belt.mode=0:1:2", "--scheduler", "host:1"], "--scheduler host:1 -- expected none"),
         (["--vary", "belt.t_fail=0.1:0.3:2", "--set", "belt.mode=1"], "all 2 points failed, the first: FMU belt"),

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from .app import app, print_json, settings
-from .systems import Case, Folder, Jacobi, Step, StopTime, System, Values, opened
+from .systems import TIME_LIMIT, Case, Folder, Isolate, Jacobi, Step, StopTime, System, TimeLimit, Values, opened
 
 DECIMATED_ROWS = 2000
 """The common results file of a scenario has about this many rows; statistics use all."""
@@ -25,6 +25,8 @@ def run(
     stop: StopTime = None,
     step: Step = None,
     jacobi: Jacobi = False,
+    isolate: Isolate = None,
+    time_limit: TimeLimit = TIME_LIMIT,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Co-simulate a scenario or an SSP: results, statistics, report, and the system as .ssp."""
@@ -32,9 +34,9 @@ def run(
     from ..cosim.ssp import write_ssp
     from ..cosim.trajectory import SimulationInterrupted, SimulationStopped, write_trajectory
 
-    with opened(what, out, settings(values), case, stop, step, jacobi) as system:
+    with opened(what, out, settings(values), case, stop, step, jacobi, isolate, time_limit) as system:
         try:
-            runs = run_cases(system.cases, record=system.record, progress=not as_json)
+            runs = run_cases(system.cases, record=system.record, progress=not as_json, simulate=system.simulate)
         except (SimulationStopped, SimulationInterrupted) as early:
             raise early.keep(out / "results.csv") from early
         rows = min(r.time.size for r in runs.values())

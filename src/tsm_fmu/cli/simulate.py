@@ -10,6 +10,7 @@ import typer
 from .app import app, number_settings, print_json, settings
 from .outputs import check_output_file
 from .runs import Cutoff, Input, Map, Scale, Start, Stop, read_runs
+from .systems import TIME_LIMIT, Isolate, TimeLimit
 
 
 @app.command("simulate")
@@ -23,6 +24,8 @@ def simulate(
     maps: Map = [],  # noqa: B006
     scales: Scale = [],  # noqa: B006
     cutoff: Cutoff = None,
+    isolate: Isolate = None,
+    time_limit: TimeLimit = TIME_LIMIT,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Replay a record; RMSE and peak-to-peak error of every output that was measured."""
@@ -34,7 +37,12 @@ def simulate(
     settled = settings(values)
     try:
         result = replay_run(
-            what, record, values=settled if what.endswith(".fmu") else number_settings(settled), cutoff=cutoff
+            what,
+            record,
+            values=settled if what.endswith(".fmu") else number_settings(settled),
+            cutoff=cutoff,
+            isolate=isolate,
+            time_limit=time_limit,
         )
     except (SimulationStopped, SimulationInterrupted) as early:
         raise early.keep(out) from early

@@ -56,9 +56,15 @@ def chosen(cases: Mapping[str, Case], names: Sequence[str]) -> dict[str, Case]:
 
 
 def run_cases(
-    cases: Mapping[str, Case], *, record: Sequence[str] | None = None, progress: bool = False
+    cases: Mapping[str, Case],
+    *,
+    record: Sequence[str] | None = None,
+    progress: bool = False,
+    simulate: Callable[..., Trajectory] = simulate_system,
 ) -> dict[str, Trajectory]:
     """Simulate every case; ``record`` as in `simulate_system`, as far as a case has the component.
+
+    ``simulate`` is `simulate_system`, here or in another process (`isolation`).
 
     Raises
     ------
@@ -74,7 +80,7 @@ def run_cases(
         present = {c.name for c in system.components}
         wanted = None if record is None else [a for a in record if a.partition(".")[0] in present]
         try:
-            done[name] = simulate_system(
+            done[name] = simulate(
                 replace(system, name=name),
                 experiment.stop,
                 experiment.step,

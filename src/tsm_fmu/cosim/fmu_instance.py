@@ -25,6 +25,7 @@ from fmpy.fmi1 import FMICallException
 
 from ..models.contract import InputError
 from .description import Description, Port
+from .journal import CLOSE, GET, INITIALISE, INSTANTIATE, SET, STEP, Journal, no_mark
 from .start_values import typed_value
 from .system import Value
 
@@ -90,6 +91,8 @@ class FmuInstance:
         Where the FMU is unpacked.
     inputs, outputs : sequence of str
         Variables that the step loop sets and gets.
+    journal : Journal, optional
+        Is told which call is running.
 
     Attributes
     ----------
@@ -103,9 +106,17 @@ class FmuInstance:
     """
 
     def __init__(
-        self, name: str, description: Description, directory: Path, inputs: Sequence[str], outputs: Sequence[str]
+        self,
+        name: str,
+        description: Description,
+        directory: Path,
+        inputs: Sequence[str],
+        outputs: Sequence[str],
+        journal: Journal | None = None,
     ) -> None:
         self.name, self.description = name, description
+        self._mark = no_mark if journal is None else journal.marker(f"{name} ({description.path.name})")
+        self._mark(INSTANTIATE, 0.0)
         self._fmi3 = description.fmi == 3
         self._stage = "new"
         self.ended_at: float | None = None
@@ -188,6 +199,7 @@ class FmuInstance:
 
         In this order, as in FMPy: some FMI 2.0 units put all variables to their defaults in setupExperiment.
         """
+        self._mark(INITIALISE, start)
         if self._fmi3:
             self.set_start_values(values)
             self._attempt(
@@ -224,6 +236,7 @@ class FmuInstance:
 
     def set_inputs(self, time: float) -> None:
         """Write the input buffers to the FMU."""
+        self._mark(SET, time)
         for block in self.inputs:
             status = block.call()
             if status > WARNING:
@@ -231,6 +244,7 @@ class FmuInstance:
 
     def get_outputs(self, time: float) -> None:
         """Read the outputs of the FMU into the output buffers."""
+        self._mark(GET, time)
         for block in self.outputs:
             status = block.call()
             if status > WARNING:
@@ -238,6 +252,7 @@ class FmuInstance:
 
     def step(self, time: float, dt: float) -> None:
         """Advance from ``time`` by ``dt`` [s]; an FMU that asks to end the simulation has not failed (`ended_at`)."""
+        self._mark(STEP, time)
         status = self._do_step(time, dt)
         if status == DISCARD and not self._fmi3 and not self._python:
             self.ended_at = self._terminated()
@@ -259,6 +274,7 @@ class FmuInstance:
         """Terminate and free: after an error only the freeing is allowed, after Fatal nothing is."""
         if self._stage == "closed":
             return
+        self._mark(CLOSE, math.nan)
         if self._stage == "running":
             with contextlib.suppress(Exception):
                 self._fmu.terminate()

@@ -17,12 +17,14 @@ from typing import Any
 
 from ..models.contract import InputError
 from .fmu_instance import FmuFailure, FmuInstance
+from .journal import Journal
 from .order import Schedule, schedule
 from .recorder import Recorder, Selection, left_out, select
 from .system import Link, System, Wiring, check_system
 from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 from .unpack import unpacked
 
+STOP_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 METHODS = ("gauss-seidel", "jacobi")
 MOST_STEPS = 1e8
 """More rows than this fit into no memory that such a run has."""
@@ -41,6 +43,7 @@ def simulate_system(
     record: Sequence[str] | None = None,
     decimation: int = 1,
     progress: bool = False,
+    journal: Journal | None = None,
 ) -> Trajectory:
     """Co-simulate a system with a fixed communication step.
 
@@ -58,6 +61,8 @@ def simulate_system(
         Record every n-th communication point.
     progress : bool
         Show a bar on stderr, if that is a terminal.
+    journal : Journal, optional
+        Keeps the rows in files: `isolation` reads them if the process ends.
 
     Returns
     -------
@@ -73,7 +78,7 @@ def simulate_system(
     SimulationInterrupted
         On Ctrl-C; `trajectory` has the rows until then.
     """
-    steps = _steps(start, stop, step)
+    steps = number_of_steps(start, stop, step)
     if method not in METHODS:
         raise InputError(f"method {method!r} -- expected one of {', '.join(METHODS)} -- choose one")
     if decimation < 1:
@@ -82,9 +87,9 @@ def simulate_system(
     plan = schedule(wiring)
     selection = select(wiring, record)
     with ExitStack() as stack:
-        instances = _instantiate(wiring, selection, stack)
+        instances = _instantiate(wiring, selection, stack, journal)
         notes = (*system.notes, *left_out(wiring, record))
-        recorder = Recorder(selection, instances, 2 + steps // decimation, notes)
+        recorder = Recorder(selection, instances, 2 + steps // decimation, notes, journal)
         order = [instances[name] for name in plan.components]
         transfers = {name: _transfers(name, wiring, instances) for name in instances}
         try:
@@ -119,7 +124,14 @@ def _store_end(recorder: Recorder, ended: Sequence[FmuInstance], running: int, t
         recorder.note(f"FMU {instance.name} ({instance.description.path.name}) ended the run at t = {reached:g} s")
 
 
-def _steps(start: float, stop: float, step: float) -> int:
+def number_of_steps(start: float, stop: float, step: float) -> int:
+    """Communication steps of a run.
+
+    Raises
+    ------
+    InputError
+        Times that are not finite, not in order, not a whole number of steps, or more than a memory holds.
+    """
     if not (math.isfinite(start) and math.isfinite(stop) and math.isfinite(step) and step > 0.0 and stop > start):
         raise InputError(
             f"start {start!r}, stop {stop!r}, step {step!r} s -- expected start < stop and step > 0 -- correct them"
@@ -138,7 +150,9 @@ def _steps(start: float, stop: float, step: float) -> int:
     return steps
 
 
-def _instantiate(wiring: Wiring, selection: Selection, stack: ExitStack) -> dict[str, FmuInstance]:
+def _instantiate(
+    wiring: Wiring, selection: Selection, stack: ExitStack, journal: Journal | None
+) -> dict[str, FmuInstance]:
     instances: dict[str, FmuInstance] = {}
     for component in wiring.system.components:
         name = component.name
@@ -146,7 +160,8 @@ def _instantiate(wiring: Wiring, selection: Selection, stack: ExitStack) -> dict
         wanted = [link.source[1] for link in wiring.links if link.source[0] == name]
         wanted += [variable for owner, variable in selection.values() if owner == name]
         inputs = [link.target[1] for link in wiring.links if link.target[0] == name]
-        instance = FmuInstance(name, wiring.descriptions[name], directory, inputs, list(dict.fromkeys(wanted)))
+        outputs = list(dict.fromkeys(wanted))
+        instance = FmuInstance(name, wiring.descriptions[name], directory, inputs, outputs, journal)
         stack.enter_context(instance)
         instances[name] = instance
     return instances
@@ -224,16 +239,19 @@ def _jacobi(plan: Sequence[tuple[FmuInstance, list[Transfer]]], time: float, ste
 
 @contextmanager
 def interruptible() -> Iterator[Callable[[], bool]]:
-    """Hold Ctrl-C back to the end of a step: inside one it would land in an FMU that runs Python."""
+    """Hold Ctrl-C and other requests to stop back to the end of a step: inside one they would hit an FMU's Python."""
     pressed = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield pressed.is_set
         return
-    previous = signal.signal(signal.SIGINT, lambda *_: pressed.set())
+    previous = {s: signal.getsignal(s) for s in STOP_SIGNALS if signal.getsignal(s) is not signal.SIG_IGN}
+    for number in previous:
+        signal.signal(number, lambda *_: pressed.set())
     try:
         yield pressed.is_set
     finally:
-        signal.signal(signal.SIGINT, previous)
+        for number, handler in previous.items():
+            signal.signal(number, handler)
 
 
 @contextmanager

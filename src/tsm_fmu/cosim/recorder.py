@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..models.contract import InputError
 from .fmu_instance import FmuInstance
+from .journal import Journal
 from .system import Wiring
 from .trajectory import SimulationStopped, Trajectory
 
@@ -53,6 +57,17 @@ def left_out(wiring: Wiring, wanted: Sequence[str] | None) -> list[str]:
     ]
 
 
+@dataclass(frozen=True)
+class _Column:
+    """Where a column of the results is: in which table, and which column of it."""
+
+    name: str
+    unit: str
+    boolean: bool
+    table: int
+    place: int
+
+
 class Recorder:
     """Copies output buffers row by row.
 
@@ -66,30 +81,49 @@ class Recorder:
         Rows that a run has at most.
     notes : sequence of str
         What the run's messages begin with.
+    journal : Journal, optional
+        Keeps the rows in files.
     """
 
     def __init__(
-        self, selection: Selection, instances: Mapping[str, FmuInstance], rows: int, notes: Sequence[str] = ()
+        self,
+        selection: Selection,
+        instances: Mapping[str, FmuInstance],
+        rows: int,
+        notes: Sequence[str] = (),
+        journal: Journal | None = None,
     ) -> None:
-        self._selection, self._instances = selection, instances
+        self._instances = instances
         self._notes = list(notes)
-        self._time = np.empty(rows)
-        self._row = 0
-        self._tables = [
-            (instance.name, block.names, np.frombuffer(block.values, dtype=np.dtype(block.values._type_)), table)
+        blocks = [
+            (instance.name, block)
             for instance in instances.values()
             for block in instance.outputs
             if block.values._type_ is not ctypes.c_char_p
-            for table in [np.empty((rows, len(block.names)), dtype=np.dtype(block.values._type_))]
         ]
+
+        def array(name: str, shape: tuple[int, ...], dtype: Any) -> NDArray[Any]:
+            return np.zeros(shape, dtype=dtype) if journal is None else journal.array(name, shape, dtype)
+
+        self._time = array("time", (rows,), float)
+        self._row = array("row", (1,), np.int64)
+        self._buffers = [np.frombuffer(block.values, dtype=np.dtype(block.values._type_)) for _, block in blocks]
+        self._tables = [array(f"table_{k}", (rows, b.size), b.dtype) for k, b in enumerate(self._buffers)]
+        places = {(owner, n): (k, j) for k, (owner, b) in enumerate(blocks) for j, n in enumerate(b.names)}
+        self._columns = []
+        for name, address in selection.items():
+            port = instances[address[0]].description.ports[address[1]]
+            self._columns.append(_Column(name, port.unit or "1", port.kind == "Boolean", *places[address]))
+        if journal is not None:
+            journal.describe(_recovered, self._columns, [(t.shape, t.dtype) for t in self._tables], self._notes)
 
     def store(self, time: float) -> None:
         """Copy the outputs as they are now into the next row."""
-        row = self._row
+        row = self._row[0]
         self._time[row] = time
-        for _, _, values, table in self._tables:
+        for values, table in zip(self._buffers, self._tables, strict=True):
             table[row] = values
-        self._row = row + 1
+        self._row[0] = row + 1
 
     def note(self, text: str) -> None:
         """Add to what the run's messages begin with."""
@@ -97,19 +131,8 @@ class Recorder:
 
     def trajectory(self, incomplete: str = "") -> Trajectory:
         """Return the rows stored so far."""
-        stored = {
-            (component, name): table[: self._row, k]
-            for component, names, _, table in self._tables
-            for k, name in enumerate(names)
-        }
-        ports = {n: self._instances[c].description.ports[v] for n, (c, v) in self._selection.items()}
-        columns = {
-            name: stored[address].astype(bool) if ports[name].kind == "Boolean" else stored[address]
-            for name, address in self._selection.items()
-        }
         messages = (*self._notes, *(line for instance in self._instances.values() for line in instance.messages))
-        units = {n: p.unit or "1" for n, p in ports.items()}
-        return Trajectory(self._time[: self._row], columns, units, incomplete, messages)
+        return _trajectory(self._columns, int(self._row[0]), self._time, self._tables, incomplete, messages)
 
     def finished(self) -> Trajectory:
         """Return the complete run.
@@ -128,5 +151,29 @@ class Recorder:
             f"{name} is {run.columns[name][row]} from t = {run.time[row]:g} s on -- expected finite numbers -- check "
             "the parameters, or choose a smaller step"
         )
-        self._row = row
+        self._row[0] = row
         raise SimulationStopped(message, self.trajectory(message))
+
+
+def _trajectory(
+    columns: Sequence[_Column],
+    rows: int,
+    time: NDArray[Any],
+    tables: Sequence[NDArray[Any]],
+    incomplete: str,
+    messages: tuple[str, ...],
+) -> Trajectory:
+    values = {c.name: tables[c.table][:rows, c.place] for c in columns}
+    shown = {c.name: values[c.name].astype(bool) if c.boolean else values[c.name] for c in columns}
+    return Trajectory(time[:rows], shown, {c.name: c.unit for c in columns}, incomplete, messages)
+
+
+def _recovered(
+    columns: Sequence[_Column],
+    tables: Sequence[tuple[tuple[int, int], Any]],
+    notes: Sequence[str],
+    read: Callable[[str, Any], NDArray[Any]],
+) -> Trajectory:
+    """The rows in the files of a journal."""
+    read_tables = [read(f"table_{k}", dtype).reshape(shape) for k, (shape, dtype) in enumerate(tables)]
+    return _trajectory(columns, int(read("row", np.int64)[0]), read("time", float), read_tables, "", tuple(notes))

@@ -20,6 +20,7 @@ from ..logs.units import unit_to_si
 from ..models.contract import InputError, Quantity, Variable
 from .description import Description, describe
 from .fmu_instance import FmuFailure, FmuInstance
+from .journal import Journal
 from .master import interruptible
 from .recorder import Recorder, left_out, select
 from .system import Component, System, Value, check_system
@@ -30,7 +31,12 @@ FloatArray = NDArray[np.float64]
 
 
 def replay(
-    fmu: Path | str, record: Record, *, parameters: Mapping[str, Value] | None = None, cutoff: float | None = None
+    fmu: Path | str,
+    record: Record,
+    *,
+    parameters: Mapping[str, Value] | None = None,
+    cutoff: float | None = None,
+    journal: Journal | None = None,
 ) -> Trajectory:
     """Drive an FMU with the inputs of a record.
 
@@ -44,6 +50,8 @@ def replay(
         Start values; an input given here stays constant.
     cutoff : float, optional
         Cut-off of that differentiator [Hz].
+    journal : Journal, optional
+        As in `simulate_system`.
 
     Returns
     -------
@@ -70,9 +78,9 @@ def replay(
     selection = select(wiring, None)
     with (
         unpacked(component.fmu) as directory,
-        FmuInstance(name, description, directory, driven, [v for _, v in selection.values()]) as instance,
+        FmuInstance(name, description, directory, driven, [v for _, v in selection.values()], journal) as instance,
     ):
-        recorder = Recorder(selection, {name: instance}, len(rows), [*notes, *left_out(wiring, None)])
+        recorder = Recorder(selection, {name: instance}, len(rows), [*notes, *left_out(wiring, None)], journal)
         ports = [instance.port(variable, "inputs") for variable in driven]
         time = record.time.tolist()
 

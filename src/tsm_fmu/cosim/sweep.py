@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from itertools import product
+from itertools import islice, product
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,11 @@ from ..logs.plain_json import finite
 from ..logs.table import write_table
 from ..models.contract import InputError
 from .cases import Quantities, run_cases, statistics, with_values
+from .master import simulate_system
 from .ssp import Case
 from .start_values import typed_value
 from .system import check_system
-from .trajectory import SimulationInterrupted, SimulationStopped
+from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 
 MOST_POINTS = 100_000
 
@@ -68,10 +70,15 @@ def grid(cases: Mapping[str, Case], varied: Mapping[str, Sequence[float]]) -> li
         for value in values:
             typed_value(name, port, value)
         axes.append(Axis(name, port.unit or "1", tuple(values)))
-    points = int(np.prod([len(axis.values) for axis in axes]))
+    points = size(axes)
     if points > MOST_POINTS:
         raise InputError(f"{points} points -- expected at most {MOST_POINTS} -- take fewer values a parameter")
     return axes
+
+
+def size(axes: Sequence[Axis]) -> int:
+    """Number of points of the grid."""
+    return math.prod(len(axis.values) for axis in axes)
 
 
 def sweep(
@@ -80,6 +87,8 @@ def sweep(
     *,
     record: Sequence[str] | None = None,
     quantities: Quantities | None = None,
+    simulate: Callable[..., Trajectory] = simulate_system,
+    begin: int = 0,
 ) -> Iterator[Point]:
     """Run all cases at every point, the last axis fastest; a point that fails says why and the rest goes on.
 
@@ -88,14 +97,16 @@ def sweep(
     cases : mapping of str to Case
     axes : sequence of Axis
         From `grid`.
-    record, quantities
+    record, quantities, simulate
         As in `run_cases` and `statistics`.
+    begin : int
+        Number of the first point that is run.
     """
-    for values in product(*(axis.values for axis in axes)):
+    for values in islice(product(*(axis.values for axis in axes)), begin, None):
         at = {axis.name: value for axis, value in zip(axes, values, strict=True)}
         changed = with_values(cases, {name: repr(value) for name, value in at.items()})
         try:
-            runs = run_cases(changed, record=record)
+            runs = run_cases(changed, record=record, simulate=simulate)
         except SimulationInterrupted as stopped:
             raise KeyboardInterrupt from stopped
         except SimulationStopped as stopped:
@@ -121,9 +132,9 @@ def write_sweep(out: Path, name: str, axes: Sequence[Axis], points: Sequence[Poi
     """Write ``sweep.csv`` and ``sweep.json`` and return the object of the latter.
 
     Rows are points; a failed one has its values and empty numbers. A sweep that was interrupted is marked
-    ``incomplete`` in both file names.
+    ``incomplete`` in both file names; a whole one removes those.
     """
-    whole = len(points) == int(np.prod([len(axis.values) for axis in axes]))
+    whole = len(points) == size(axes)
     stem = "sweep" if whole else "sweep.incomplete"
     metrics = list(dict.fromkeys(key for point in points for key in point.metrics))
     header = [*(f"{axis.name} [{axis.unit}]" for axis in axes), *metrics]
@@ -138,4 +149,6 @@ def write_sweep(out: Path, name: str, axes: Sequence[Axis], points: Sequence[Poi
     }
     write_table(out / f"{stem}.csv", header, columns)
     (out / f"{stem}.json").write_text(json.dumps(finite(data), indent=2) + "\n", encoding="utf-8")
+    for ending in ("csv", "json") if whole else ():
+        (out / f"sweep.incomplete.{ending}").unlink(missing_ok=True)
     return data

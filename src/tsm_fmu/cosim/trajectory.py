@@ -46,6 +46,9 @@ class SimulationStopped(InputError):
         super().__init__(message)
         self.trajectory = trajectory
 
+    def __reduce__(self) -> Any:
+        return SimulationStopped, (str(self), self.trajectory)
+
     def keep(self, path: Path) -> SimulationStopped:
         """Write the rows as `write_trajectory` does; the same error, saying where they are."""
         return SimulationStopped(f"{self}{_keep(path, self.trajectory)}", self.trajectory)
@@ -57,6 +60,9 @@ class SimulationInterrupted(KeyboardInterrupt):
     def __init__(self, trajectory: Trajectory, message: str = "interrupted") -> None:
         super().__init__(message)
         self.trajectory = trajectory
+
+    def __reduce__(self) -> Any:
+        return SimulationInterrupted, (self.trajectory, str(self))
 
     def keep(self, path: Path) -> SimulationInterrupted:
         """Write the rows as `write_trajectory` does; the same error, saying where they are."""
@@ -73,14 +79,18 @@ def _keep(path: Path, trajectory: Trajectory) -> str:
 def write_trajectory(path: Path, trajectory: Trajectory) -> Path:
     """Write CSV (also .gz) or Parquet with header cells ``name [unit]``; return the path written.
 
-    An incomplete run is marked in the file name: ``results.csv`` becomes ``results.incomplete.csv``.
+    An incomplete run is marked in the file name: ``results.csv`` becomes ``results.incomplete.csv``, which a
+    complete one removes.
 
     Raises
     ------
     InputError
         If the file cannot be written.
     """
+    stem, dot, rest = path.name.partition(".")
+    marked = path.with_name(f"{stem}.incomplete{dot}{rest}")
     if trajectory.incomplete:
-        stem, dot, rest = path.name.partition(".")
-        path = path.with_name(f"{stem}.incomplete{dot}{rest}")
-    return write_record(path, trajectory.time, trajectory.columns, trajectory.units)
+        return write_record(marked, trajectory.time, trajectory.columns, trajectory.units)
+    written = write_record(path, trajectory.time, trajectory.columns, trajectory.units)
+    marked.unlink(missing_ok=True)
+    return written

@@ -14,8 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
-from scipy.signal import savgol_coeffs, savgol_filter, welch
 
 from ..models.contract import InputError
 from .quantisation import quantisation_step
@@ -88,6 +86,8 @@ def default_cutoff(time: FloatArray, x: FloatArray) -> float:
         Evenly sampled signal.
     """
     period = sample_period(time)
+    from scipy.signal import welch  # here and below: half a second, which only those who differentiate pay
+
     frequency, power = welch(x, 1.0 / period, nperseg=max(8, x.size // 4), detrend="linear")
     remaining = np.cumsum(power[::-1])[::-1] * frequency[1]
     floor = float(np.median(power[frequency.size // 2 :])) * frequency[-1]
@@ -129,6 +129,8 @@ def differentiate(
         )
     half = int(np.rint(0.5 * (_PRODUCT[order] / (cutoff * period) - 1.0)))
     window = min(max(2 * half + 1, _SHORTEST), longest)
+    from scipy.signal import savgol_filter
+
     values: Any = savgol_filter(x, window, _ORDER, deriv=order, delta=period, mode="interp")
     return Derivative(values, _cutoff(window, period, order), window)
 
@@ -136,6 +138,9 @@ def differentiate(
 @cache
 def _cutoff(window: int, period: float, order: int) -> float:
     """Frequency [Hz] at which the filter's gain, relative to the exact derivative, is -3 dB."""
+    from scipy.optimize import brentq
+    from scipy.signal import savgol_coeffs
+
     taps = savgol_coeffs(window, _ORDER, deriv=order, use="dot")
     k = np.arange(window) - window // 2
 

@@ -9,7 +9,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..cosim.replay import agreement, check_measured, replay
+from ..cosim.isolation import simulation
+from ..cosim.replay import agreement, check_measured
 from ..cosim.system import Value
 from ..cosim.trajectory import Trajectory, write_trajectory
 from ..logs.agreement import Agreement
@@ -33,7 +34,7 @@ class SimulateResult:
     Attributes
     ----------
     trajectory : Trajectory
-        Time and outputs by name, one row for each row of the run; its messages say what was derived.
+        Time and outputs by name, one row for each row of the run (fewer if the FMU ended it); its messages say what was derived.
     agreement : mapping of str to Agreement
         Errors of the outputs that the run holds, in SI.
     record : Record
@@ -95,14 +96,20 @@ class SimulateResult:
     def as_json(self) -> dict[str, Any]:
         """The JSON contract of ``simulate``."""
         channels = {name: asdict(a) for name, a in self.agreement.items()}
-        return {"channels": channels, "steps": self.record.time.size - 1, "wall_s": self.wall_s}
+        return {"channels": channels, "steps": self.trajectory.time.size - 1, "wall_s": self.wall_s}
 
     def _repr_html_(self) -> str:
         return f"<pre>{self.summary()}</pre>"
 
 
 def simulate(
-    what: ModelLike, run: RunLike, *, values: Mapping[str, Value] | None = None, cutoff: float | None = None
+    what: ModelLike,
+    run: RunLike,
+    *,
+    values: Mapping[str, Value] | None = None,
+    cutoff: float | None = None,
+    isolate: bool | None = False,
+    time_limit: float = 300.0,
 ) -> SimulateResult:
     """Replay a measured run through an FMU, a model card or a model.
 
@@ -117,6 +124,11 @@ def simulate(
         Parameter values by public name, SI; of an FMU any start value.
     cutoff : float, optional
         Cut-off [Hz] where v and a are derived from x.
+    isolate : bool, optional
+        Whether an FMU runs in a process of its own, which it may crash or hang without harm here; None: if it is not
+        ours. A script that asks for it needs ``if __name__ == "__main__":``.
+    time_limit : float
+        Longest time of one call of an FMU there [s].
 
     Returns
     -------
@@ -132,7 +144,8 @@ def simulate(
     (record,) = records_of(run)
     begun = time.perf_counter()
     if isinstance(what, (str, os.PathLike)) and os.fspath(what).endswith(".fmu"):
-        result = replay(Path(what), record, parameters=values, cutoff=cutoff)
+        with simulation([Path(what)], isolate, time_limit) as there:
+            result = there.replay(Path(what), record, parameters=values, cutoff=cutoff)
     else:
         result = _model_run(what, record, values or {}, cutoff)
     wall = time.perf_counter() - begun
