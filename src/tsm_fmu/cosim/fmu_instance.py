@@ -29,6 +29,8 @@ from .journal import CLOSE, GET, INITIALISE, INSTANTIATE, SET, STEP, Journal, no
 from .start_values import typed_value
 from .system import Value
 
+SCRIPT_NAME = "resources/slavemodule.txt"
+"""Where a PythonFMU unit names its script."""
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 
@@ -127,6 +129,13 @@ class FmuInstance:
             "unzipDirectory": str(directory),
             "instanceName": name,
         }
+        self._python = "PythonFMU" in (description.model.generationTool or "")
+        """Whether PythonFMU runs it, which calls every discarded step a request to end the simulation."""
+        if self._python and not (directory / SCRIPT_NAME).is_file():
+            raise FmuFailure(  # its library would crash
+                f"FMU {name} ({description.path.name}) has no {SCRIPT_NAME} -- expected the script that PythonFMU runs "
+                "-- build it again"
+            )
         here = os.getcwd()
         try:
             if self._fmi3:
@@ -145,8 +154,6 @@ class FmuInstance:
                 f"FMU {name} ({description.path.name}) cannot be loaded: {self.last_log or _first_line(failure)} -- "
                 f"expected a library for {fmpy.platform_tuple} that instantiates -- {hint}, or for this platform"
             ) from failure
-        self._python = (directory / "resources" / "slavemodule.txt").is_file()
-        """Whether PythonFMU runs it, which calls every discarded step a request to end the simulation."""
         if self._python:
             _keep_python_namespace(directory)
         self.inputs = self._blocks(inputs, "Set")
@@ -363,8 +370,7 @@ def _keep_python_namespace(directory: Path) -> None:
 
     Without this the namespace is freed while in use, and the process crashes some instances later.
     """
-    script = directory / "resources" / "slavemodule.txt"
-    module = sys.modules.get(script.read_text(encoding="utf-8").strip())
+    module = sys.modules.get((directory / SCRIPT_NAME).read_text(encoding="utf-8").strip())
     if module is not None:
         _kept.append(vars(module))
 

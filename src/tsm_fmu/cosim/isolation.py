@@ -11,7 +11,7 @@ import shutil
 import signal
 import tempfile
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +25,7 @@ from ..models.contract import InputError
 from .description import describe
 from .journal import Journal, recovered
 from .master import simulate_system
-from .replay import replay
+from .replay import in_si, replay
 from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 
 _POLL, _PATIENCE = 0.2, 10.0
@@ -61,6 +61,10 @@ def simulation(fmus: Iterable[Path], isolate: bool | None, time_limit: float) ->
         yield InProcess()
 
 
+class _Lost(Exception):
+    """The other process has gone; says how."""
+
+
 class Isolated:
     """Simulates in another process, which lives until the context ends or an FMU ends it; then the next is a new one.
 
@@ -88,19 +92,30 @@ class Isolated:
 
     def simulate_system(self, *arguments: Any, **options: Any) -> Trajectory:
         """`master.simulate_system` there; also `SimulationStopped` where the process ends or hangs."""
-        return self._call(simulate_system, arguments, options)
+        return self._call(simulate_system, arguments, options, lambda rows: rows)
 
     def replay(self, *arguments: Any, **options: Any) -> Trajectory:
         """`replay.replay` there; also `SimulationStopped` where the process ends or hangs."""
-        return self._call(replay, arguments, options)
+        return self._call(replay, arguments, options, in_si)
 
-    def _call(self, function: Any, arguments: tuple[Any, ...], options: dict[str, Any]) -> Trajectory:
+    def _call(
+        self,
+        function: Callable[..., Trajectory],
+        arguments: tuple[Any, ...],
+        options: dict[str, Any],
+        rescued: Callable[[Trajectory], Trajectory],
+    ) -> Trajectory:
+        """Call it there; ``rescued`` brings rows that a dead process left into the form of a result."""
         folder = Path(tempfile.mkdtemp(prefix="tsm_fmu_rows_"))
         try:
             if self._process is None:
                 self._start()
             self._connection.send((function, arguments, options, folder))
             return self._answer(folder)
+        except _Lost as lost:
+            where, rows = recovered(folder)
+            message = f"{where} {lost} -- expected a return from every call -- get a corrected FMU from its maker"
+            raise SimulationStopped(message, replace(rescued(rows), incomplete=message)) from None
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 
@@ -128,26 +143,21 @@ class Isolated:
                 seen, since = calls, monotonic()
             elif monotonic() - since > limit:
                 self._end()
-                raise self._lost(folder, f"did not return within {limit:g} s")
+                raise _Lost(f"did not return within {limit:g} s")
         try:
             failure, result = self._connection.recv()
         except (EOFError, ConnectionError):
-            raise self._died(folder) from None
+            raise self._died() from None
         if failure is not None:
             raise failure
         return result
 
-    def _died(self, folder: Path) -> SimulationStopped:
+    def _died(self) -> _Lost:
         self._process.join()
         code = self._process.exitcode
         self._end()
         how = f"with exit code {code}" if code >= 0 else f"by {signal.Signals(-code).name}"
-        return self._lost(folder, f"ended its process {how}")
-
-    def _lost(self, folder: Path, what: str) -> SimulationStopped:
-        where, rows = recovered(folder)
-        message = f"{where} {what} -- expected a return from every call -- get a corrected FMU from its maker"
-        return SimulationStopped(message, replace(rows, incomplete=message))
+        return _Lost(f"ended its process {how}")
 
     def _end(self) -> None:
         if self._process.is_alive():

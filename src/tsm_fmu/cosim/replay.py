@@ -108,10 +108,10 @@ def replay(
                         break
                     recorder.store(time[k + 1])
                     if interrupted():
-                        raise SimulationInterrupted(_in_si(recorder.trajectory("interrupted")))
-            return _in_si(recorder.finished())
+                        raise SimulationInterrupted(in_si(recorder.trajectory("interrupted")))
+            return in_si(recorder.finished())
         except FmuFailure as failure:
-            raise SimulationStopped(str(failure), _in_si(recorder.trajectory(str(failure)))) from failure
+            raise SimulationStopped(str(failure), in_si(recorder.trajectory(str(failure)))) from failure
 
 
 def check_measured(record: Record, units: Mapping[str, str]) -> None:
@@ -209,7 +209,8 @@ def _si(unit: str) -> str:
         return "1"
 
 
-def _in_si(run: Trajectory) -> Trajectory:
+def in_si(run: Trajectory) -> Trajectory:
+    """The trajectory of the one FMU of a replay by variable, in SI."""
     columns, units = {}, {}
     for address, values in run.columns.items():
         name = address.partition(".")[2]

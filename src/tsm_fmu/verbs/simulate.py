@@ -34,7 +34,8 @@ class SimulateResult:
     Attributes
     ----------
     trajectory : Trajectory
-        Time and outputs by name, one row for each row of the run (fewer if the FMU ended it); its messages say what was derived.
+        Time and outputs by name, one row for each row of the run, fewer if the FMU ended it; its
+        messages say what was derived.
     agreement : mapping of str to Agreement
         Errors of the outputs that the run holds, in SI.
     record : Record
