@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PINNED := pyproject.toml constraints.txt build_scripts/setup_venv.py
 
-.PHONY: demo test lint types bench fmus reproduce clean
+.PHONY: demo test lint types bench docs fmus reproduce clean
 
 demo: .venv/ready
 	$(BIN)/tsm-fmu demo --out out/demo
@@ -21,6 +21,10 @@ types: .venv/ready-test
 bench: .venv/ready-test
 	$(BIN)/python -m benchmarks
 
+docs: .venv/ready-test
+	$(BIN)/sphinx-build -W -q -b html docs docs/_build
+	@echo docs/_build/index.html
+
 fmus: .venv/ready
 	$(BIN)/python build_scripts/build_fmus.py
 
@@ -36,4 +40,4 @@ reproduce: .venv/ready
 	@touch $@ .venv/ready
 
 clean:
-	rm -rf out build fmus/dist .pytest_cache .ruff_cache
+	rm -rf out build docs/_build docs/models docs/effects fmus/dist .pytest_cache .ruff_cache

@@ -140,3 +140,13 @@ def test_quantisation_step_survives_rounding_of_the_log(step):
     assert quantisation_step(rounded) == pytest.approx(step, rel=1e-3)
     assert quantisation_step(x) == 0.0
     assert quantisation_step(np.full(50, 0.3)) == 0.0
+
+
+def test_an_interpolated_encoder_has_no_step_and_is_no_error():
+    time = np.arange(4000) * 2e-3
+    counts = np.round(np.sin(1.9 * time) / 1.5708e-3) * 1.5708e-3
+    for late in np.linspace(1.1e-4, 0.0371, 23):
+        shifted = np.interp(time - late, time, counts)
+        assert 0.0 <= quantisation_step(shifted) < np.inf
+    whole = np.interp(time - 2e-3 * 7, time, counts)  # shifted by whole samples: nothing between the levels
+    assert quantisation_step(np.round(whole, 12)) == pytest.approx(1.5708e-3, rel=1e-3)

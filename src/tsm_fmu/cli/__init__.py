@@ -16,12 +16,28 @@ from . import (
     report,
     reproduce,
     run,
+    sample,
     simulate,
     sweep,
     validate,
 )
 from .app import app, main
 
-VERBS = (check, demo, build, validate, list_models, identify, diagnose, simulate, export, run, reproduce, sweep, report)
+VERBS = (
+    sample,
+    check,
+    demo,
+    build,
+    validate,
+    list_models,
+    identify,
+    diagnose,
+    simulate,
+    export,
+    run,
+    reproduce,
+    sweep,
+    report,
+)
 
 __all__ = ["VERBS", "app", "main"]

@@ -27,7 +27,10 @@ def quantisation_step(values: NDArray[np.float64]) -> float:
     if gaps.size < 3:
         return 0.0
     smallest = float(np.quantile(gaps, 0.02))
-    step = float(np.mean(gaps[(gaps >= 0.5 * smallest) & (gaps <= 1.5 * smallest)]))
+    alike = gaps[(gaps >= 0.5 * smallest) & (gaps <= 1.5 * smallest)]
+    if alike.size == 0:  # gaps of two sizes far apart, as an encoder's log has that was interpolated
+        return 0.0
+    step = float(np.mean(alike))
     start, number = 0.0, np.zeros(levels.size)
     for _ in range(3):
         number = np.cumsum(np.concatenate(([0.0], np.rint(np.diff(levels) / step))))
