@@ -60,12 +60,13 @@ def ratios() -> Iterator[Ratio]:
             k = Kernel(module)
             with ExitStack() as stack:
                 ours = stack.enter_context(_loop(build_fmu(k, Path(folder)), k))
-                empty = stack.enter_context(_loop(_empty(k, Path(folder)), k))
+                empty = stack.enter_context(_loop(empty_fmu(k, Path(folder)), k))
                 found = compare(f"{k.name}: set + doStep + get", ours, empty, len(stimuli(k, step=STEP)), LIMIT)
                 yield found._replace(reason=REASONS.get(k.name, ""))
 
 
-def _empty(k: Kernel, folder: Path) -> Path:
+def empty_fmu(k: Kernel, folder: Path) -> Path:
+    """A PythonFMU FMU with the inputs and outputs of a kernel and nothing behind them."""
     name = f"Empty{k.name}"
     variables = [
         (v.name, {float: "Real", int: "Integer"}[v.kind], causality)

@@ -1,11 +1,11 @@
-"""Write ``fmus/``: one slave script per model, the table of ``fmus/README.md`` and the FMUs in ``fmus/dist/``."""
+"""Bring the table of ``fmus/README.md`` up to date and write the FMUs to ``fmus/dist/``."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
 
-from tsm_fmu.fmu.build import build_fmu, script_text
+from tsm_fmu.fmu.build import build_fmu
 from tsm_fmu.fmu.validate import validate_fmu
 from tsm_fmu.kernels.kernel import Kernel
 from tsm_fmu.models import MODELS
@@ -15,9 +15,7 @@ TABLE = re.compile(r"(?<=<!-- table -->\n).*(?=<!-- end of table -->)", re.DOTAL
 
 
 def main() -> None:
-    """Write scripts, table and FMUs; stop at the first FMU with a problem."""
-    for path, text in script_files().items():
-        path.write_text(text)
+    """Write table and FMUs; stop at the first FMU with a problem."""
     readme = FOLDER / "README.md"
     readme.write_text(with_table(readme.read_text()))
     for module in MODELS:
@@ -26,13 +24,6 @@ def main() -> None:
         print(f"{fmu.relative_to(FOLDER.parent)}  {fmu.stat().st_size / 1000:.0f} kB")
         if problems:
             raise SystemExit("\n".join(problems))
-
-
-def script_files() -> dict[Path, str]:
-    """Text of every slave script by path."""
-    return {
-        FOLDER / f"{module.NAME}.py": script_text(module.__name__.rpartition(".")[2], module.NAME) for module in MODELS
-    }
 
 
 def with_table(readme: str) -> str:

@@ -1,11 +1,9 @@
 """The Python flavour in a host written in C: threads, order of calls, log, and what it says where it cannot load."""
 
-import os
 import re
 import shutil
 import subprocess
 import sys
-import sysconfig
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +14,8 @@ import pytest
 
 from tsm_fmu.kernels.kernel import kernel
 
+from . import c_host
+
 NAME = "PairedTsmBacklash"
 X_IN, X_OUT = 5, 6
 START = ("instantiate", "setup", "enter", "exit")
@@ -23,25 +23,12 @@ Call = Callable[..., list[str]]
 
 
 @pytest.fixture(scope="session")
-def c_host(tmp_path_factory) -> Path:
-    """The program, compiled."""
-    compiler = shutil.which("cc")
-    if not compiler:
-        pytest.skip("no C compiler here: install gcc")
-    program = tmp_path_factory.mktemp("c_host") / "c_host"
-    source = Path(__file__).with_name("c_host.c")
-    flags = ["-O2", "-Wall", "-Wextra", "-Werror"]
-    subprocess.run([compiler, *flags, "-o", program, source, "-ldl", "-lpthread"], check=True)
-    return program
-
-
-@pytest.fixture(scope="session")
-def libpython() -> Path:
-    """Python itself as a shared library."""
-    found = Path(sysconfig.get_config_var("LIBDIR") or "", sysconfig.get_config_var("INSTSONAME") or "none")
-    if not found.is_file() or ".so" not in found.name:
-        pytest.skip(f"this Python has no shared library ({found})")
-    return found
+def program(tmp_path_factory) -> Path:
+    try:
+        c_host.libpython()
+        return c_host.compiled(tmp_path_factory.mktemp("c_host"))
+    except c_host.Missing as missing:
+        pytest.skip(str(missing))
 
 
 @pytest.fixture(scope="session")
@@ -50,20 +37,15 @@ def folder(fmus, tmp_path_factory) -> Path:
 
 
 @pytest.fixture
-def host(c_host, libpython, folder) -> Call:
+def host(program, folder) -> Call:
     """``host(call, ...)``: lines that the program printed."""
 
-    def run(*calls: str, uri: str = "", where: Path = folder, python: str = str(libpython)) -> list[str]:
-        guid = fmpy.read_model_description(str(where), validate=False).guid
-        library = where / f"binaries/linux64/{NAME}.so"
-        command = [str(c_host), python, str(library), str(guid), uri or f"file://{where}/resources", *calls]
-        done = subprocess.run(
-            command, capture_output=True, text=True, env={**os.environ, "PYTHONHOME": sys.base_prefix}
-        )
+    def lines(*calls: str, where: Path = folder, **options: str) -> list[str]:
+        done = c_host.run(program, where, *calls, **options)
         assert done.returncode == 0, (done.returncode, done.stdout[-2000:], done.stderr[-2000:])
         return done.stdout.splitlines()
 
-    return run
+    return lines
 
 
 def expected_sum(steps: int) -> float:

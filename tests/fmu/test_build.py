@@ -2,6 +2,7 @@
 
 import ast
 import os
+import struct
 import subprocess
 import sys
 import zipfile
@@ -16,6 +17,7 @@ from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models import MODELS
 
 NAME = "PairedTsmBacklash"
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -112,8 +114,16 @@ def test_only_the_needed_files_are_packed(fmu):
     assert packed == {"__init__.py", "contract.py", "coleman_hodgdon.py", "paired_tsm_backlash.py"}
 
 
+def test_licences_and_icon_are_inside(fmu):
+    files = files_of(fmu)
+    assert files["documentation/licenses/license.txt"] == (ROOT / "LICENSE").read_bytes()
+    assert b"MIT License" in files["documentation/licenses/PythonFMU.txt"]
+    signature, width, height = struct.unpack(">8s8xII", files["model.png"][:24])
+    assert (signature, width, height) == (b"\x89PNG\r\n\x1a\n", 128, 128)
+
+
 def test_no_path_of_this_machine_is_packed(fmu):
-    home = str(Path(__file__).parents[2]).encode()
+    home = str(ROOT).encode()
     assert not [name for name, data in files_of(fmu).items() if home in data]
 
 

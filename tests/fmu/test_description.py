@@ -3,11 +3,14 @@
 import math
 from xml.etree.ElementTree import Element
 
+import numpy as np
 import pytest
 
 from tsm_fmu import __version__
 from tsm_fmu.fmu.build import python_flavour
-from tsm_fmu.fmu.description import Flavour, interface, model_description
+from tsm_fmu.fmu.description import Flavour, decade, interface, model_description
+from tsm_fmu.fmu.reference import reference_run
+from tsm_fmu.kernels.chain import chain
 from tsm_fmu.kernels.kernel import Kernel, kernel
 from tsm_fmu.logs.units import unit_to_si
 from tsm_fmu.models import MODELS
@@ -34,7 +37,7 @@ def test_every_variable_is_there_with_its_unit_bounds_and_meaning(model):
         node = listed[v.name]
         (typed,) = node
         assert node.get("description") == v.quantity.meaning
-        assert typed.tag == {float: "Real", int: "Integer"}[v.kind]
+        assert typed.tag == ("Enumeration" if v.quantity.choices else {float: "Real", int: "Integer"}[v.kind])
         assert float(typed.get("min", "-inf")) == v.quantity.lo
         assert float(typed.get("max", "inf")) == v.quantity.hi
         if v.kind is float:
@@ -90,7 +93,7 @@ def test_structure_lists_the_outputs_and_what_they_depend_on(model):
 
 def test_causality_variability_and_initial(model):
     for node in described(model).iter("ScalarVariable"):
-        integer = node[0].tag == "Integer"
+        integer = node[0].tag in ("Integer", "Enumeration")
         expected = {
             "parameter": ("fixed", "exact", True),
             "input": ("discrete" if integer else "continuous", None, True),
@@ -120,3 +123,69 @@ def test_a_flavour_says_what_it_needs_and_what_helped():
     assert helped.get("description") == f"{plain.get('description')}. Needs a Python."
     assert helped.get("generationTool") == f"tsm-fmu {__version__} with Tool 1"
     assert [c.attrib for c in helped.iter("Category")] == [{"name": "logAll", "description": "all"}]
+
+
+def test_choices_are_enumerations_with_a_type_of_their_own(model):
+    xml = described(model)
+    types = {t.get("name"): list(t.iter("Item")) for t in xml.iter("SimpleType")}
+    names = {v.get("name") for v in xml.iter("ScalarVariable")}
+    declared = [v for v in (*model.parameters, *model.inputs, *model.outputs) if v.quantity.choices]
+    assert len(types) == len(declared)
+    assert not names & set(types)
+    assert (xml.find("TypeDefinitions") is None) == (not declared)
+    for v in declared:
+        items = types[by_name(xml)[v.name][0].get("declaredType")]
+        assert v.kind is int
+        assert [int(i.get("value", "")) for i in items] == list(range(int(v.quantity.lo), int(v.quantity.hi) + 1))
+        assert [i.get("name") for i in items] == list(v.quantity.choices)
+        assert len(set(v.quantity.choices)) == len(items)
+
+
+def test_a_whole_number_is_a_choice_or_a_count_with_bounds(model):
+    for v in (*model.parameters, *model.inputs, *model.outputs):
+        if v.kind is int:
+            assert math.isfinite(v.quantity.lo)
+            assert math.isfinite(v.quantity.hi)
+            assert v.quantity.choices or "number" in v.quantity.meaning or v.name == "layer"
+
+
+@pytest.mark.parametrize(
+    ("magnitude", "power"), [(0.0, None), (1.27, 1.0), (-0.91693, 1.0), (3.05e-4, 1e-4), (4.0e5, 1e6), (31.7, 100.0)]
+)
+def test_a_nominal_value_is_a_power_of_ten(magnitude, power):
+    assert decade(magnitude) == power
+
+
+def test_nominal_values_are_of_the_reference_experiment(model):
+    reference = reference_run(model, model.params())
+    xml = model_description(interface(model, model.name, {}, reference.largest()), "guid", python_flavour(""))
+    columns = {v.name: reference.results[:, i] for i, v in enumerate(model.outputs)}
+    given = np.array(reference.inputs, dtype=float)
+    columns |= {v.name: given[:, i] for i, v in enumerate(model.inputs)}
+    listed = by_name(xml)
+    for name, column in columns.items():
+        nominal, largest = listed[name][0].get("nominal"), np.abs(column).max()
+        if listed[name][0].tag == "Real" and largest:
+            assert 10**-0.5 <= largest / float(nominal) <= 10**0.5
+        else:
+            assert nominal is None
+    for v in model.parameters:
+        if v.kind is float and v.start:
+            assert 10**-0.5 <= abs(v.start) / float(listed[v.name][0].get("nominal", "")) <= 10**0.5
+
+
+def test_the_default_experiment_is_that_of_the_model():
+    for name, stop, step in (("LebusTransmission", 31.4, 0.02), ("DcMotor", 2.0, 0.001), ("TendonDrive", 20.0, 0.001)):
+        experiment = described(kernel(name)).find("DefaultExperiment")
+        assert experiment is not None
+        assert experiment.attrib == {"startTime": "0.0", "stopTime": repr(stop), "stepSize": repr(step)}
+
+
+def test_a_default_experiment_is_a_whole_number_of_steps(model):
+    stop, step = model.roles.experiment
+    assert stop / step == pytest.approx(round(stop / step), rel=1e-12)
+    assert 100 <= stop / step <= 50_000
+
+
+def test_a_chain_has_the_experiment_of_its_model():
+    assert chain("SingleTsmDahl", ("coulomb",)).roles.experiment.step == 2e-3

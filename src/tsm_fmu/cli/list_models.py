@@ -89,6 +89,7 @@ def _variable(v: Variable) -> dict[str, Any]:
         "start": v.start,
         "min": q.lo,
         "max": q.hi,
+        **({"choices": list(q.choices)} if q.choices else {}),
         "meaning": q.meaning,
     }
 

@@ -31,7 +31,7 @@ from ..models.contract import InputError
 from . import slave
 from .content import GUID_MARK, TAG_MARK, guid_of, tag_of
 from .description import Flavour, interface, model_description
-from .reference import reference_files
+from .reference import reference_files, reference_run
 
 PACKAGE = __name__.partition(".")[0]
 PYTHONFMU_FILES = ("_version", "default_experiment", "enums", "fmi2slave", "logmsg", "variables")
@@ -91,8 +91,8 @@ def build_fmu(
     return target
 
 
-def script_text(module_name: str, name: str, build_attributes: str = "") -> str:
-    """Start script of an FMU: the file of ``fmus/``, to which the build adds GUID and start values."""
+def script_text(module_name: str, name: str, build_attributes: str) -> str:
+    """Start script of an FMU: the slave that PythonFMU's library looks for; the build adds GUID and start values."""
     return (
         f'"""PythonFMU slave of {name}."""\n\n'
         f"from {PACKAGE}.fmu.slave import KernelSlave\n"
@@ -110,7 +110,8 @@ def _changed(kernel: Kernel, params: Any) -> dict[str, float]:
 
 def _content(kernel: Kernel, name: str, params: Any, starts: Mapping[str, float]) -> dict[str, bytes]:
     """Files of the FMU by archive path, with marks where GUID and tag will be."""
-    fmu, libraries = interface(kernel, name, starts), _libraries(name)
+    reference, libraries = reference_run(kernel, params), _libraries(name)
+    fmu = interface(kernel, name, starts, reference.largest())
     needs = _needs(libraries[f"binaries/linux64/{name}.so"])
     xml = model_description(fmu, GUID_MARK, python_flavour(needs))
     ElementTree.indent(xml)
@@ -122,12 +123,13 @@ def _content(kernel: Kernel, name: str, params: Any, starts: Mapping[str, float]
     texts = {
         "modelDescription.xml": ElementTree.tostring(xml, encoding="unicode", xml_declaration=False) + "\n",
         "documentation/index.html": _documentation(kernel, name),
-        "documentation/licenses/PythonFMU.txt": _pythonfmu_licence(),
+        "documentation/licenses/license.txt": _licence("tsm-fmu"),
+        "documentation/licenses/PythonFMU.txt": _licence("pythonfmu"),
         "resources/slavemodule.txt": f"{name}_{TAG_MARK}",
         f"resources/{name}_{TAG_MARK}.py": _isolated(script_text(module_name, name, added)),
         f"{package}/__init__.py": OLD_PYTHON.format(lowest=LOWEST_PYTHON, name=name, needs=needs),
         f"{package}/pythonfmu/__init__.py": "",
-        **reference_files(fmu, kernel, params),
+        **reference_files(fmu, reference),
     }
     texts["modelDescription.xml"] = '<?xml version="1.0" encoding="UTF-8"?>\n' + texts["modelDescription.xml"]
     for module in ("pythonfmu." + f for f in PYTHONFMU_FILES):
@@ -137,7 +139,7 @@ def _content(kernel: Kernel, name: str, params: Any, starts: Mapping[str, float]
         for depth in range(1, len(folders)):
             texts[f"{package}/{'/'.join(folders[:depth])}/__init__.py"] = ""
         texts[f"{package}/{'/'.join(folders)}.py"] = _isolated(text)
-    return {path: text.encode() for path, text in texts.items()} | libraries
+    return {path: text.encode() for path, text in texts.items()} | {"model.png": _icon()} | libraries
 
 
 def python_flavour(needs: str) -> Flavour:
@@ -211,9 +213,14 @@ def _libraries(name: str) -> dict[str, bytes]:
     return found
 
 
-def _pythonfmu_licence() -> str:
-    files = distribution("pythonfmu").files or []
+def _licence(package: str) -> str:
+    files = distribution(package).files or []
     return next(f for f in files if f.name == "LICENSE").read_text()
+
+
+def _icon() -> bytes:
+    """The picture that tools draw on the block, FMI 2.0, 2.3."""
+    return resources.files(PACKAGE).joinpath("data/icon.png").read_bytes()
 
 
 def _documentation(kernel: Kernel, name: str) -> str:

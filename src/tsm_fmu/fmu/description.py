@@ -16,7 +16,7 @@ from xml.etree.ElementTree import Element, SubElement
 from .. import __version__
 from ..kernels.kernel import Kernel
 from ..logs.units import unit_to_si
-from ..models.contract import Variable
+from ..models.contract import DefaultExperiment, Variable
 
 FIXED_DATE = "1980-01-01T00:00:00Z"
 """Date of generation and of every file in the archive: equal content gives equal bytes."""
@@ -31,6 +31,7 @@ class Entry:
     variable: Variable
     causality: str
     start: float | None
+    nominal: float | None = None
 
 
 @dataclass(frozen=True)
@@ -47,12 +48,15 @@ class Interface:
         Parameters, inputs, outputs, in declared order (as in `slave.KernelSlave`).
     depends : mapping of str to tuple of str
         Inputs that an output depends on, by name; an output that is not in it depends on all.
+    experiment : DefaultExperiment
+        Stop time and step that suit the model.
     """
 
     name: str
     summary: str
     entries: tuple[Entry, ...]
     depends: Mapping[str, tuple[str, ...]]
+    experiment: DefaultExperiment
 
     def positions(self, *causalities: str) -> list[int]:
         """FMI indices, from 1, of the variables with these causalities."""
@@ -81,13 +85,38 @@ class Flavour:
     log_categories: Mapping[str, str]
 
 
-def interface(kernel: Kernel, name: str, start_values: Mapping[str, float]) -> Interface:
-    """Variable table of a kernel; ``start_values`` replace the kernel's defaults of its parameters."""
-    entries = [Entry(v, "parameter", start_values.get(v.name, v.start)) for v in kernel.parameters]
-    entries += [Entry(v, "input", v.start) for v in kernel.inputs]
-    entries += [Entry(v, "output", None) for v in kernel.outputs]
+def interface(
+    kernel: Kernel, name: str, start_values: Mapping[str, float], largest: Mapping[str, float] | None = None
+) -> Interface:
+    """Variable table of a kernel.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        A model, or a model with effects.
+    name : str
+        Model name and identifier.
+    start_values : mapping of str to float
+        What replaces the kernel's defaults of its parameters.
+    largest : mapping of str to float
+        Largest magnitude of inputs and outputs in the reference experiment: nominal values follow from it.
+    """
+    nominals = {v: decade(x) for v, x in (largest or {}).items()}
+    units: dict[str, float] = {}
+    for v in (*kernel.inputs, *kernel.outputs):
+        units[v.quantity.unit] = max(units.get(v.quantity.unit, 0.0), nominals.get(v.name) or 0.0)
+    for v in kernel.parameters:
+        nominals[v.name] = decade(v.start) or units.get(v.quantity.unit)
+    entries = [Entry(v, "parameter", start_values.get(v.name, v.start), nominals[v.name]) for v in kernel.parameters]
+    entries += [Entry(v, "input", v.start, nominals.get(v.name)) for v in kernel.inputs]
+    entries += [Entry(v, "output", None, nominals.get(v.name)) for v in kernel.outputs]
     summary = (kernel.module.__doc__ or kernel.name).strip().splitlines()[0].rstrip(".")
-    return Interface(name, summary, tuple(entries), kernel.roles.depends)
+    return Interface(name, summary, tuple(entries), kernel.roles.depends, kernel.roles.experiment)
+
+
+def decade(magnitude: float) -> float | None:
+    """Power of ten that is nearest to a magnitude; None for 0."""
+    return 10.0 ** round(math.log10(abs(magnitude))) if magnitude else None
 
 
 def model_description(fmu: Interface, guid: str, flavour: Flavour) -> Element:
@@ -108,10 +137,12 @@ def model_description(fmu: Interface, guid: str, flavour: Flavour) -> Element:
     )
     SubElement(root, "CoSimulation", {"modelIdentifier": fmu.name, **flavour.capabilities})
     _add_units(SubElement(root, "UnitDefinitions"), fmu.entries)
+    _add_types(root, fmu.entries)
     categories = SubElement(root, "LogCategories")
     for category, meaning in flavour.log_categories.items():
         SubElement(categories, "Category", name=category, description=meaning)
-    SubElement(root, "DefaultExperiment", startTime="0", stopTime="10", stepSize="0.001")
+    experiment = {"stopTime": repr(fmu.experiment.stop), "stepSize": repr(fmu.experiment.step)}
+    SubElement(root, "DefaultExperiment", {"startTime": "0.0", **experiment})
     listed = SubElement(root, "ModelVariables")
     for reference, entry in enumerate(fmu.entries):
         _add_variable(listed, entry, reference)
@@ -134,18 +165,40 @@ def _add_variable(parent: Element, entry: Entry, reference: int) -> None:
     node = SubElement(parent, "ScalarVariable", attributes)
     bounds = {"min": quantity.lo, "max": quantity.hi, "start": entry.start}
     numbers = {k: number_text(variable.kind, x) for k, x in bounds.items() if x is not None and math.isfinite(x)}
+    if quantity.choices:
+        SubElement(node, "Enumeration", {"declaredType": _choice_type(variable), **numbers})
+        return
     if variable.kind is int:
         SubElement(node, "Integer", numbers)
         return
     units = {"unit": quantity.unit}
     if quantity.display:
         units["displayUnit"] = quantity.display
+    if entry.nominal:
+        numbers["nominal"] = number_text(float, entry.nominal)
     SubElement(node, "Real", {**units, **numbers})
 
 
 def number_text(kind: type, number: Any) -> str:
     """A number as FMI files have it: all digits of a float."""
     return str(int(number)) if kind is int else repr(float(number))
+
+
+def _choice_type(variable: Variable) -> str:
+    return f"{variable.name.replace('.', '_')}_choice"  # not the name of any variable
+
+
+def _add_types(root: Element, entries: Iterable[Entry]) -> None:
+    chosen = [entry.variable for entry in entries if entry.variable.quantity.choices]
+    if not chosen:
+        return  # the schema has no empty list
+    parent = SubElement(root, "TypeDefinitions")
+    for variable in chosen:
+        quantity = variable.quantity
+        node = SubElement(parent, "SimpleType", name=_choice_type(variable), description=quantity.meaning)
+        items = SubElement(node, "Enumeration")
+        for value, choice in enumerate(quantity.choices, start=int(quantity.lo)):
+            SubElement(items, "Item", name=choice, value=str(value))
 
 
 def _add_units(parent: Element, entries: Iterable[Entry]) -> None:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
@@ -37,24 +38,34 @@ _SSP = "http://ssp-standard.org/SSP1/SystemStructure"
 _DIGITS = {"stimuli": 9, "result": 13}
 
 
-def reference_files(fmu: Interface, kernel: Kernel, params: Any) -> dict[str, str]:
-    """Files of the reference by archive path.
+@dataclass(frozen=True)
+class Reference:
+    """The reference experiment of a kernel with the parameters of an FMU.
 
-    Parameters
+    Attributes
     ----------
-    fmu : Interface
-        Name and variable table of the FMU.
     kernel : Kernel
-        What it was made from.
-    params : Params
-        Parameters that it starts with.
-
-    Raises
-    ------
-    InputError
-        If the kernel fails with these parameters however small the stimuli are.
+        What was simulated.
+    inputs : list of list of str
+        Stimuli as they are printed, row by row, not shifted.
+    results : FloatArray
+        Outputs, row by row.
     """
-    inputs, results = _run(kernel, params)
+
+    kernel: Kernel
+    inputs: list[list[str]]
+    results: FloatArray
+
+    def largest(self) -> dict[str, float]:
+        """Largest magnitude of each input and output."""
+        names = [v.name for v in (*self.kernel.inputs, *self.kernel.outputs)]
+        columns = [*np.abs(np.array(self.inputs, dtype=float)).T, *np.abs(self.results).T]
+        return {name: float(column.max()) for name, column in zip(names, columns, strict=True)}
+
+
+def reference_files(fmu: Interface, reference: Reference) -> dict[str, str]:
+    """Files of the reference by archive path, for an FMU with this name and variable table."""
+    kernel, inputs, results = reference.kernel, reference.inputs, reference.results
     parameters, given, expected = "parameters.ssv", f"{fmu.name}_in.csv", f"{fmu.name}_out.csv"
     texts = {
         parameters: _text(_parameter_set(fmu)),
@@ -81,8 +92,14 @@ def reference_files(fmu: Interface, kernel: Kernel, params: Any) -> dict[str, st
     }
 
 
-def _run(kernel: Kernel, params: Any) -> tuple[list[list[str]], FloatArray]:
-    """Stimuli as they are printed, not shifted, and results; smaller ones where a fitted model fails on the usual."""
+def reference_run(kernel: Kernel, params: Any) -> Reference:
+    """Simulate the reference experiment; with smaller stimuli where a fitted model fails on the usual ones.
+
+    Raises
+    ------
+    InputError
+        If the kernel fails with these parameters however small the stimuli are.
+    """
     time = STEP * np.arange(ROWS)
     reason = "its outputs are not finite"
     for halvings in range(10):
@@ -94,7 +111,7 @@ def _run(kernel: Kernel, params: Any) -> tuple[list[list[str]], FloatArray]:
             reason = str(failure)
             continue
         if np.isfinite(results).all():
-            return printed, results
+            return Reference(kernel, printed, results)
     raise InputError(
         f"{kernel.name} fails on its reference experiment, however small the inputs ({reason}) -- expected parameters "
         "that simulate -- change the start values"

@@ -48,6 +48,7 @@ from typing import (  # noqa: UP035  a kernel file imports nothing but typing an
 __all__ = [
     "SIGNALS",
     "Condition",
+    "DefaultExperiment",
     "FrictionPort",
     "HeldLoad",
     "InputError",
@@ -99,6 +100,8 @@ class Quantity(NamedTuple):
         Bounds; ``open_lo``/``open_hi`` say that the bound itself is not allowed.
     display : str
         Unit that people prefer to read (``"deg"``, ``"mm"``); empty: the SI unit.
+    choices : tuple of str
+        Names of the whole numbers from `lo` to `hi`, where they are a choice (an FMI Enumeration) and not a count.
     """
 
     unit: str
@@ -108,6 +111,7 @@ class Quantity(NamedTuple):
     open_lo: bool = False
     open_hi: bool = False
     display: str = ""
+    choices: tuple[str, ...] = ()
 
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and tuple.__eq__(self, other)
@@ -242,6 +246,21 @@ class HeldLoad(NamedTuple):
     write: Callable[[Any, Any, Any, float], Any]
 
 
+class DefaultExperiment(NamedTuple):
+    """A simulation that shows what a model does: the default experiment of its FMU.
+
+    Attributes
+    ----------
+    stop : float
+        End of the simulation, from 0 [s].
+    step : float
+        Communication step [s].
+    """
+
+    stop: float = 20.0
+    step: float = 1e-3
+
+
 class Roles(NamedTuple):
     """What the variables of a model are for those that work with any model: chains, fits, diagnosis, FMUs.
 
@@ -265,6 +284,8 @@ class Roles(NamedTuple):
         Present: the model can carry friction effects.
     held_load : HeldLoad or None
         Present: the model has a parameter ``hold`` and states ``slid``, ``v_in`` and that of its `load`.
+    experiment : DefaultExperiment
+        Stop time and step that suit the model.
     """
 
     motion: str = ""
@@ -276,6 +297,7 @@ class Roles(NamedTuple):
     depends: Mapping[str, tuple[str, ...]] = {}
     friction: FrictionPort | None = None
     held_load: HeldLoad | None = None
+    experiment: DefaultExperiment = DefaultExperiment()
 
 
 def variables(fields: Any) -> tuple[Variable, ...]:

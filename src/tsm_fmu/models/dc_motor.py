@@ -34,7 +34,7 @@ far larger), b, tau_c, R_a constant.
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import Preset, Quantity, Roles
+from .contract import DefaultExperiment, Preset, Quantity, Roles
 from .laws.linear_second_order import first_fall_below_zero, slope_response
 
 NAME = "DcMotor"
@@ -86,8 +86,9 @@ class Outputs(NamedTuple):
 
 
 ROLES = Roles(
-    depends={"phi": (), "omega": (), "domega": ("u", "tau_load"), "i": ()}
-)  # the states do not follow at once
+    depends={"phi": (), "omega": (), "domega": ("u", "tau_load"), "i": ()},  # the states do not follow at once
+    experiment=DefaultExperiment(2.0, 1e-3),
+)
 
 PRESETS = {
     "datasheet": Preset(

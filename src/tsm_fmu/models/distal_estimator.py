@@ -36,7 +36,12 @@ NAME = "DistalEstimator"
 class Holding(NamedTuple):
     """What the estimator has beyond the drive."""
 
-    hold: Annotated[int, Quantity("1", "1: keep the load while the drive sticks, Eq (D3); 0: Eq (D2)", lo=0, hi=1)] = 0
+    hold: Annotated[
+        int,
+        Quantity(
+            "1", "1: keep the load while the drive sticks, Eq (D3); 0: Eq (D2)", lo=0, hi=1, choices=("off", "on")
+        ),
+    ] = 0
 
 
 class Held(NamedTuple):

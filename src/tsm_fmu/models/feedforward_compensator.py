@@ -22,11 +22,12 @@ Step: x_ff from (23) after x_h has moved, so that no error accumulates in x_ff.
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import Condition, Preset, Quantity
+from .contract import Condition, DefaultExperiment, Preset, Quantity, Roles
 from .laws.coleman_hodgdon import RISING, hysteresis_after, slope_after_reversal
 from .laws.coleman_hodgdon_inverse import input_travel, jump_at_full_reversal
 
 NAME = "FeedforwardCompensator"
+ROLES = Roles(experiment=DefaultExperiment(20.0, 0.01))
 
 
 class Params(NamedTuple):
@@ -37,7 +38,9 @@ class Params(NamedTuple):
     ] = 10.1062
     x_0: Annotated[float, Quantity("rad", "output offset of the drive (ours)", display="deg")] = 0.0
     x_h_0: Annotated[float, Quantity("rad", "hysteresis part at the start", display="deg")] = 0.0
-    law: Annotated[int, Quantity("1", "1 as in the paper, 2 exact inverse (ours)", lo=1, hi=2)] = 1
+    law: Annotated[
+        int, Quantity("1", "1 as in the paper, 2 exact inverse (ours)", lo=1, hi=2, choices=("paper", "exact_inverse"))
+    ] = 1
 
 
 class State(NamedTuple):

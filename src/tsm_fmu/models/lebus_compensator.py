@@ -33,7 +33,7 @@ Validity: that of `lebus_transmission`, with the same parameters as the real dri
 import math
 from typing import Annotated, Any, NamedTuple
 
-from .contract import Preset, Quantity
+from .contract import DefaultExperiment, Preset, Quantity, Roles
 from .joined import Part, joined
 from .laws.lugre import bristle_after, friction, stribeck
 from .laws.signs import sign
@@ -46,17 +46,27 @@ from .lebus_transmission import PRESETS as TRANSMISSION_PRESETS
 from .lebus_transmission import Params as TransmissionParams
 
 NAME = "LebusCompensator"
+ROLES = Roles(experiment=DefaultExperiment(31.4, 0.02))
 
 
 class Options(NamedTuple):
-    lugre: Annotated[int, Quantity("1", "1: add the LuGre friction of Eq (40), 0: not", lo=0, hi=1)] = 0
+    lugre: Annotated[
+        int, Quantity("1", "1: add the LuGre friction of Eq (40), 0: not", lo=0, hi=1, choices=("off", "on"))
+    ] = 0
     mu_s: Annotated[float, Quantity("1", "static friction coefficient, F_s = mu_s T, Eq (40)", lo=0.0)] = 0.16
     sigma0: Annotated[float, Quantity("N/m", "bristle stiffness, Eq (40)", lo=0.0, open_lo=True)] = 1e5
     sigma1: Annotated[float, Quantity("N.s/m", "micro-damping of the bristles, Eq (40)", lo=0.0)] = 10**2.5
     sigma2: Annotated[float, Quantity("N.s/m", "viscous friction, Eq (40)", lo=0.0)] = 4.3
     v_s: Annotated[float, Quantity("m/s", "Stribeck speed, Eq (40)", lo=0.0, open_lo=True)] = 1e-5
     tension_at: Annotated[
-        int, Quantity("1", "T_measured is 0: the load tension at the follower, 1: tendon a at the driver", lo=0, hi=1)
+        int,
+        Quantity(
+            "1",
+            "T_measured is 0: the load tension at the follower, 1: tendon a at the driver",
+            lo=0,
+            hi=1,
+            choices=("follower", "driver"),
+        ),
     ] = 0
     reversal_band: Annotated[
         float, Quantity("rad", "way back of the reference that counts as a reversal (ours)", lo=0.0, display="deg")

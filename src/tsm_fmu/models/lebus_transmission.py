@@ -40,7 +40,7 @@ Validity: quasi-static motion of a massless linear-elastic tendon with Coulomb f
 import math
 from typing import Annotated, Any, NamedTuple
 
-from .contract import Condition, Preset, Quantity
+from .contract import Condition, DefaultExperiment, Preset, Quantity, Roles
 from .laws.capstan import sheath_of, stretched
 from .laws.signs import sign
 from .lebus.geometry import layers_below, wheel_friction
@@ -49,6 +49,7 @@ from .lebus.rig import Rig, rig, stay_in_grooves
 from .lebus.state import State, loop_of, state_of
 
 NAME = "LebusTransmission"
+ROLES = Roles(experiment=DefaultExperiment(31.4, 0.02))
 
 Length = Annotated[float, Quantity("m", "length of a piece of sheath, from the driver, Eq (16)", lo=0.0, display="mm")]
 Radius = Annotated[float, Quantity("m", "bending radius of that piece, 0: straight, Eq (16)", lo=0.0, display="mm")]
@@ -85,8 +86,13 @@ class Params(NamedTuple):
     s_w: Annotated[
         float, Quantity("m", "length over which the tendon slips on the driver wheel; unpublished, 0: off", lo=0.0)
     ] = 0.0
-    winding_strain: Annotated[int, Quantity("1", "1: wheels wind strained tendon (ours), 0: not", lo=0, hi=1)] = 1
-    layers: Annotated[int, Quantity("1", "1: layers change the radii (ours), 0: D/2 as in the paper", lo=0, hi=1)] = 0
+    winding_strain: Annotated[
+        int, Quantity("1", "1: wheels wind strained tendon (ours), 0: not", lo=0, hi=1, choices=("off", "on"))
+    ] = 1
+    layers: Annotated[
+        int,
+        Quantity("1", "1: layers change the radii (ours), 0: D/2 as in the paper", lo=0, hi=1, choices=("off", "on")),
+    ] = 0
 
 
 class Inputs(NamedTuple):
@@ -101,7 +107,9 @@ class Outputs(NamedTuple):
     elongation: Annotated[float, Quantity("m", "tendon a beyond its preload stretch, Eq (23)", display="mm")]
     slack_b: Annotated[float, Quantity("m", "length by which tendon b is loose, Eqs (27) and (34)", display="mm")]
     tau_in: Annotated[float, Quantity("N.m", "torque that the driver must supply")]
-    stage: Annotated[int, Quantity("1", "0 delay, 1 transition, 2 running")]
+    stage: Annotated[
+        int, Quantity("1", "0 delay, 1 transition, 2 running", lo=0, hi=2, choices=("delay", "transition", "running"))
+    ]
 
 
 SOURCE = "AME 2020, experimental design; slack from the reported reverse errors, EA fitted within the fibre's range"

@@ -27,10 +27,11 @@ Validity: the grooves begin at theta = 0 and end when all layers are full: outsi
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import Condition, Preset, Quantity
+from .contract import Condition, DefaultExperiment, Preset, Quantity, Roles
 from .lebus.geometry import TWO_PI, groove_drop, layer_radius, layers_below, wheel_friction
 
 NAME = "LebusWinding"
+ROLES = Roles(experiment=DefaultExperiment(31.4, 0.02))
 
 
 class Params(NamedTuple):
@@ -74,7 +75,7 @@ class Outputs(NamedTuple):
     F_w: Annotated[float, Quantity("N", "friction on the wheel, Eq (W)")]
     z_p: Annotated[float, Quantity("m", "axial position of the tendon, Eq (4)", display="mm")]
     gamma: Annotated[float, Quantity("rad", "fleet angle, Eqs (5) and (6)", display="deg")]
-    layer: Annotated[int, Quantity("1", "layer that is being wound, from 1")]
+    layer: Annotated[int, Quantity("1", "layer that is being wound, from 1", lo=1, hi=20)]
     r_w: Annotated[float, Quantity("m", "winding radius, Eq (L) of lebus_geometry", display="mm")]
 
 

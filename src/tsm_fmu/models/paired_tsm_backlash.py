@@ -18,11 +18,11 @@ B >= c/2: the published set (B = 0.08363) does so. Simulation accepts it, the in
 
 from typing import Annotated, NamedTuple
 
-from .contract import Preset, Quantity, Roles
+from .contract import DefaultExperiment, Preset, Quantity, Roles
 from .laws.coleman_hodgdon import RISING, hysteresis_after
 
 NAME = "PairedTsmBacklash"
-ROLES = Roles(motion="x_in", offsets=("x_0",), initial=("x_h_0",))
+ROLES = Roles(motion="x_in", offsets=("x_0",), initial=("x_h_0",), experiment=DefaultExperiment(20.0, 0.01))
 
 
 class Params(NamedTuple):

@@ -29,10 +29,11 @@ Validity: u_min < u_max; T_f of at least a step or two keeps quantisation noise 
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import Condition, Preset, Quantity
+from .contract import Condition, DefaultExperiment, Preset, Quantity, Roles
 from .laws.velocity_filter import filtered_slope
 
 NAME = "PidController"
+ROLES = Roles(experiment=DefaultExperiment(2.0, 1e-3))
 
 
 class Params(NamedTuple):

@@ -18,13 +18,16 @@ compensation (Kahan) so that it does not drift however many steps are made.
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import Preset, Quantity
+from .contract import DefaultExperiment, Preset, Quantity, Roles
 
 NAME = "ReferenceSignal"
+ROLES = Roles(experiment=DefaultExperiment(20.0, 0.01))
 
 
 class Params(NamedTuple):
-    kind: Annotated[int, Quantity("1", "1 sines, 2 ramp there and back, 3 chirp", lo=1, hi=3)] = 1
+    kind: Annotated[
+        int, Quantity("1", "1 sines, 2 ramp there and back, 3 chirp", lo=1, hi=3, choices=("sines", "ramp", "chirp"))
+    ] = 1
     amplitude_1: Annotated[float, Quantity("rad", "first amplitude, Eqs (1), (3)", display="deg")] = 1.0471975511965976
     amplitude_2: Annotated[float, Quantity("rad", "second amplitude, Eq (1)", display="deg")] = 0.0
     amplitude_3: Annotated[float, Quantity("rad", "third amplitude, Eq (1)", display="deg")] = 0.0

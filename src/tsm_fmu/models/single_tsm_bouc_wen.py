@@ -29,7 +29,7 @@ Validity: k > 0, sigma >= 1/2, n >= 1 and inf F_f > 0; then |F| <= max(|F at the
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import Condition, Preset, Quantity, Roles
+from .contract import Condition, DefaultExperiment, Preset, Quantity, Roles
 from .laws.bouc_wen import bouc_wen_after
 from .laws.friction_branches import PULL_OPPOSES, pull_level, release_level
 from .laws.signs import held_sign
@@ -62,7 +62,13 @@ __all__ = [
 ]
 
 NAME = "SingleTsmBoucWen"
-ROLES = Roles(load="T_load", initial=("zeta_0",), depends=DEPENDS, friction=FRICTION)
+ROLES = Roles(
+    load="T_load",
+    initial=("zeta_0",),
+    depends=DEPENDS,
+    friction=FRICTION,
+    experiment=DefaultExperiment(20.0, 2e-3),
+)
 
 
 class Params(NamedTuple):

@@ -25,7 +25,7 @@ Validity: inf F_f > 0, that is rho1 + min(mu1, 0) + min(mu2, 0) > 0 and rho2 > |
 
 from typing import Annotated, NamedTuple
 
-from .contract import Condition, Preset, Quantity, Roles
+from .contract import Condition, DefaultExperiment, Preset, Quantity, Roles
 from .laws.friction_branches import PULL_OPPOSES, pull_level, release_level
 from .laws.lugre import bristle_after
 from .laws.signs import held_sign
@@ -58,7 +58,13 @@ __all__ = [
 ]
 
 NAME = "SingleTsmDahl"
-ROLES = Roles(load="T_load", initial=("zeta_0",), depends=DEPENDS, friction=FRICTION)
+ROLES = Roles(
+    load="T_load",
+    initial=("zeta_0",),
+    depends=DEPENDS,
+    friction=FRICTION,
+    experiment=DefaultExperiment(20.0, 2e-3),
+)
 
 
 class Params(NamedTuple):

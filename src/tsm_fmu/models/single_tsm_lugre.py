@@ -34,7 +34,7 @@ reversal of friction off that of v (lead for lambda > 0), so that F v < 0 is the
 import math
 from typing import Annotated, NamedTuple
 
-from .contract import Condition, Preset, Quantity, Roles
+from .contract import Condition, DefaultExperiment, Preset, Quantity, Roles
 from .laws.friction_branches import PULL_OPPOSES, pull_level, release_level
 from .laws.signs import held_sign
 from .laws.single_tsm_parameters import (
@@ -83,9 +83,16 @@ class Params(NamedTuple):
     lambda_: Annotated[float, Quantity("rad/s", "offset of the friction reversal, Eq (5)")] = 0.156
     rho: Annotated[float, Quantity("1/rad", "presliding rate, Eq (5)", lo=0.0, open_lo=True)] = 7.938
     sigma0: Annotated[float, Quantity("N", "force of a unit deflection, Eq (13)", lo=0.0, open_lo=True)] = 5.038
-    swap_branches: Annotated[int, Quantity("1", "0: mu2 acts for a <= 0 as in Eq (8), 1: for a >= 0", lo=0, hi=1)] = 0
+    swap_branches: Annotated[
+        int,
+        Quantity(
+            "1", "0: mu2 acts for a <= 0 as in Eq (8), 1: for a >= 0", lo=0, hi=1, choices=("as_in_Eq_8", "swapped")
+        ),
+    ] = 0
     R: Annotated[float, Quantity("m", "pulley radius, for P_loss only", lo=0.0, open_lo=True, display="mm")] = 0.025
-    literal: Annotated[int, Quantity("1", "1: accept only where S > 0 as printed, Eqs (10), (11)", lo=0, hi=1)] = 0
+    literal: Annotated[
+        int, Quantity("1", "1: accept only where S > 0 as printed, Eqs (10), (11)", lo=0, hi=1, choices=("off", "on"))
+    ] = 0
     zeta_0: Annotated[float, Quantity("1", "deflection at the start (ours)")] = 0.0
 
 
@@ -228,4 +235,10 @@ def with_friction(p: Params, u: Inputs, o: Outputs, f: float) -> Outputs:
     return tensions(f, p.R * u.v, u.T_in, u.T_load)
 
 
-ROLES = Roles(load="T_load", initial=("zeta_0",), depends=DEPENDS, friction=FRICTION._replace(write=with_friction))
+ROLES = Roles(
+    load="T_load",
+    initial=("zeta_0",),
+    depends=DEPENDS,
+    friction=FRICTION._replace(write=with_friction),
+    experiment=DefaultExperiment(20.0, 2e-3),
+)

@@ -10,9 +10,10 @@ Unit-agnostic: y has the unit of k_j u_j.
 
 from typing import Annotated, NamedTuple
 
-from .contract import Preset, Quantity
+from .contract import DefaultExperiment, Preset, Quantity, Roles
 
 NAME = "Sum"
+ROLES = Roles(experiment=DefaultExperiment(20.0, 0.01))
 
 
 class Params(NamedTuple):

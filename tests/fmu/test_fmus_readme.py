@@ -1,4 +1,4 @@
-"""The folder ``fmus/``: exactly one script per model, as the build writes them."""
+"""The folder ``fmus/``: the table of its README is that of the models."""
 
 import importlib.util
 from pathlib import Path
@@ -18,12 +18,6 @@ def build_fmus():
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
-
-
-def test_one_script_per_model(build_fmus):
-    present = {path.stem: path.read_text() for path in (ROOT / "fmus").glob("*.py")}
-    assert present == {path.stem: text for path, text in build_fmus.script_files().items()}, "run 'make fmus'"
-    assert set(present) == {module.NAME for module in MODELS}
 
 
 def test_the_table_of_the_readme_is_current(build_fmus):
