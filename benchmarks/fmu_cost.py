@@ -85,7 +85,7 @@ def _loop(fmu: Path, k: Kernel) -> Iterator[Callable[[], None]]:
         description = fmpy.read_model_description(str(folder))
         model = description.coSimulation.modelIdentifier
         slave = FMU2Slave(guid=description.guid, unzipDirectory=str(folder), modelIdentifier=model, instanceName="one")
-        slave.instantiate(loggingOn=True)
+        slave.instantiate(loggingOn=False)
         slave.setupExperiment(startTime=0.0)
         slave.enterInitializationMode()
         slave.exitInitializationMode()

@@ -4,6 +4,7 @@
 
    LIBPYTHON is loaded first, "-" for none. Each CALL prints itself and the status it got; log messages print as they come.
        logging=0|1            for the next instantiate
+       logger=0|1             whether the host has a logger
        instantiate setup enter exit terminate reset free
        step=TIME,STEP         doStep
        set=REFERENCE,VALUE    get=REFERENCE          setReal, getReal
@@ -52,7 +53,7 @@ static void log_line(void *environment, const char *name, int status, const char
     fflush(stdout);
 }
 
-static const Callbacks callbacks = {log_line, calloc, free, NULL, NULL};
+static Callbacks callbacks = {log_line, calloc, free, NULL, NULL};
 
 static void *found(void *library, const char *name) {
     void *symbol = dlsym(library, name);
@@ -181,6 +182,7 @@ static void call(Unit *unit, const char *text) {
     int status = -1;
     if (value) value++;
     if (!strncmp(text, "logging=", 8)) { logging = atoi(value); return; }
+    if (!strncmp(text, "logger=", 7)) { callbacks.logger = atoi(value) ? log_line : NULL; return; }
     if (!strncmp(text, "refused=", 8)) { refused(*unit, atol(value)); return; }
     if (!strncmp(text, "threads=", 8)) { threads(value); return; }
     if (!strncmp(text, "passing=", 8)) { passing(value); return; }

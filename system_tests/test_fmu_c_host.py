@@ -96,6 +96,12 @@ def test_without_logging_what_goes_wrong_reaches_the_host_and_nothing_else(host)
     assert lines[-1] == "step=0,0.1 0"
 
 
+@pytest.mark.parametrize("logging", [0, 1])
+def test_a_host_without_a_logger_is_not_called(host, logging):
+    lines = host("logger=0", f"logging={logging}", *START, "step=0,0", "enter", "step=0,0.1", "terminate", "free")
+    assert lines[-5:] == ["step=0,0 2", "enter 0", "step=0,0.1 2", "terminate 0", "free 0"]
+
+
 def test_the_first_line_of_the_log_says_which_python_it_is_and_which_is_needed(host):
     first = host("logging=1", *START)[1]
     running = ".".join(map(str, sys.version_info[:3]))

@@ -129,3 +129,13 @@ def test_a_condition_with_a_consequence_warns_where_another_one_refuses() -> Non
     assert check_conditions((warns,), wrong) == (line,)
     with pytest.raises(InputError, match="expected r_out"):
         check_conditions((warns, RING), wrong)
+
+
+def test_a_choice_out_of_bounds_is_told_with_the_names_of_all() -> None:
+    class Chosen(NamedTuple):
+        law: Annotated[int, Quantity("1", "law", lo=1, hi=3, choices=("plain", "exact", "mixed"))] = 1
+
+    with pytest.raises(
+        InputError, match=r"expected 1 \(plain\) or 2 \(exact\) or 3 \(mixed\) -- choose"
+    ):
+        check_bounds(variables(Chosen), (4,))

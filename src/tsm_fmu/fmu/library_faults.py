@@ -133,8 +133,12 @@ class HostLog:
         """Whether the library would drop a message."""
         return self._logger is not None and not self._logger.on
 
+    def is_missing(self) -> bool:
+        """Whether the host has no logger: the library would call it nevertheless, and crash."""
+        return self._logger is not None and not (self._logger.callbacks and self._logger.callbacks.contents.logger)
+
     def tell(self, status: int, category: str, text: str) -> None:
         """Hand a message to the host's logger."""
-        if self._logger is not None and self._logger.callbacks and self._logger.callbacks.contents.logger:
+        if self._logger is not None and not self.is_missing():
             callbacks = self._logger.callbacks.contents
             _LOG(callbacks.logger)(callbacks.environment, self._name, int(status), category.encode(), text.encode())

@@ -326,6 +326,8 @@ class KernelSlave(Fmi2Slave):
     def _tell(self, message: str, status: Fmi2Status = Fmi2Status.error) -> None:
         text = f"{type(self).__name__}: {message}".replace("%", "percent")  # hosts take it for a printf format
         category = _CATEGORIES[status]
+        if self._host_log.is_missing():
+            return
         if self._host_log.is_shut():
             if status is not Fmi2Status.ok:
                 self._host_log.tell(status, category, text)

@@ -367,6 +367,8 @@ def with_unit(number: str, unit: str) -> str:
 
 
 def _interval(quantity: Quantity) -> str:
+    if quantity.choices:
+        return " or ".join(f"{n} ({name})" for n, name in enumerate(quantity.choices, start=int(quantity.lo)))
     if math.isinf(quantity.lo) and math.isinf(quantity.hi):
         return "a finite number"
     left = "(" if quantity.open_lo or math.isinf(quantity.lo) else "["
