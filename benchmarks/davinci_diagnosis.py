@@ -12,10 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tsm_fmu.diagnosis.fits.refit import rms
-from tsm_fmu.diagnosis.report.sentence import answer
-from tsm_fmu.diagnosis.report.write import gaps
-from tsm_fmu.diagnosis.workflow import Diagnosis, diagnose
+from tsm_fmu.diagnosis.fits.refit import Task, as_given, rms
+from tsm_fmu.diagnosis.result import Diagnosis
+from tsm_fmu.diagnosis.workflow import diagnose
 from tsm_fmu.identification.fit import fit
 from tsm_fmu.kernels.chain import chain
 from tsm_fmu.logs.record import Record, read_record
@@ -79,35 +78,43 @@ def found(question: Question, held: Sequence[str] | None = None) -> Diagnosis:
     )  # fmt: skip
 
 
-def errors(diagnosis: Diagnosis, names: Sequence[str], tool: str = "T4L4") -> list[float]:
-    """RMSE on runs that were not fitted: the model as given, refitted, and with the answer's effects."""
-    fits = [f for f in (diagnosis.given, diagnosis.baseline, diagnosis.final) if f is not None]
-    channels = diagnosis.channels
-    runs = [fit_run(fits[0].problem.kernel, run(n, channels, tool), channels) for n in names]
-    return [float(rms(f.judged_on(runs))[0]) for f in fits]
+def errors(diagnosis: Diagnosis, question: Question, names: Sequence[str], tool: str = "T4L4") -> list[float]:
+    """RMSE on runs that were not fitted: the model as given, refitted, and with the answer's effects.
+
+    Each run has its own offset and initial state from its first seconds.
+    """
+    runs, found = [run(n, diagnosis.channels, tool) for n in names], []
+    for fit_ in (diagnosis.given, diagnosis.refitted, diagnosis.final):
+        if fit_ is None:
+            continue
+        model = chain(fit_.model, fit_.effects)
+        measured = [fit_run(model, r, diagnosis.channels) for r in runs]
+        task = Task(fit_.model, measured, diagnosis.channels, fit_.values, fixed=(*SPEED_FILTER, *question.fixed))
+        found.append(float(rms(as_given(task, fit_.effects).judged_on(measured))[0]))
+    return found
 
 
 def table(name: str) -> Iterator[str]:
     """The answer and the gaps of one question."""
     question = QUESTIONS[name]
     diagnosis = found(question)
-    gap = gaps(diagnosis)[question.channel]
+    gap = diagnosis.gap[question.channel]
     factor, unit = (180.0 / np.pi, "deg") if question.channel == "x_out" else (1e3, "mN.m")
     yield f"{name}: {diagnosis.verdict} {', '.join(diagnosis.effects)}"
-    yield answer(diagnosis, {question.channel: gap})
+    yield diagnosis.answer
     if diagnosis.equivalent:
         yield f"not told apart: {diagnosis.equivalent}"
     yield f"| {question.channel}, RMSE [{unit}] | as identified | refitted | with the answer's effects |"
     yield "| --- | ---: | ---: | ---: |"
     rows = [("measured", [gap.before, gap.refitted, gap.after])]
-    rows += [(f"held out: {k}", errors(diagnosis, names)) for k, names in HELD.items()]
-    rows += [(f"held out: {k}", errors(diagnosis, names, "T4L2")) for k, names in OTHER_TOOL.items()]
+    rows += [(f"held out: {k}", errors(diagnosis, question, names)) for k, names in HELD.items()]
+    rows += [(f"held out: {k}", errors(diagnosis, question, names, "T4L2")) for k, names in OTHER_TOOL.items()]
     for what, values in rows:
         yield f"| {what} | {' | '.join(f'{factor * v:.3g}' for v in values)} |"
     yield f"noise floor {factor * gap.floor:.3g} {unit}"
-    if diagnosis.reference_floor is not None:
-        left = factor * diagnosis.reference_floor[0]
-        yield f"what the same refit, with its nuisance freedom, leaves on the reference runs {left:.3g} {unit}"
+    if gap.reference is not None:
+        rest = factor * gap.reference
+        yield f"what the same refit, with its nuisance parameters, leaves on the reference runs {rest:.3g} {unit}"
     interval = " to ".join(f"{x:.2f}" for x in gap.closure_interval or ())
     yield f"closure of the held-out gap {gap.closure or 0.0:.2f} ({interval})"
     for c in diagnosis.candidates[:8]:

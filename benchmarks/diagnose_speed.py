@@ -14,7 +14,8 @@ from tempfile import TemporaryDirectory
 from time import perf_counter
 
 from tsm_fmu.diagnosis.report.write import write_diagnosis
-from tsm_fmu.diagnosis.workflow import Diagnosis, diagnose
+from tsm_fmu.diagnosis.result import Diagnosis
+from tsm_fmu.diagnosis.workflow import diagnose
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record, read_record
 
@@ -58,20 +59,22 @@ def lines() -> Iterator[str]:
         for what, seconds in sorted(steps.items(), key=lambda item: -item[1]):
             yield f"    {what:<54} {seconds:>6.1f} s {100.0 * seconds / cost[ROWS]:>5.0f} %"
         begin = perf_counter()
-        write_diagnosis(folder / "out", found, [_first(r, ROWS) for r in records])
+        write_diagnosis(folder / "out", found)
         yield f"  card, FMU, replay, report: {perf_counter() - begin:.1f} s more"
 
 
 def _timed(records: Sequence[Record], rows: int, values: dict[str, float]) -> tuple[float, dict[str, float], Diagnosis]:
     """Seconds in all, seconds by step, and the answer."""
-    runs, said = [_first(r, rows) for r in records], [("gate", perf_counter())]
-    found = diagnose(kernel(CASE.model), runs, values=values, said=lambda text: said.append((text, perf_counter())))
+    runs, steps_seen = [_first(r, rows) for r in records], [("gate", perf_counter())]
+    found = diagnose(
+        kernel(CASE.model), runs, values=values, progress=lambda text: steps_seen.append((text, perf_counter()))
+    )
     end = perf_counter()
     steps: dict[str, float] = {}
-    for (text, begin), (_, until) in zip(said, [*said[1:], ("", end)], strict=True):
+    for (text, begin), (_, until) in zip(steps_seen, [*steps_seen[1:], ("", end)], strict=True):
         step = next((what for start, what in STEPS.items() if text.startswith(start)), text)
         steps[step] = steps.get(step, 0.0) + until - begin
-    return end - said[0][1], steps, found
+    return end - steps_seen[0][1], steps, found
 
 
 def _first(record: Record, rows: int) -> Record:

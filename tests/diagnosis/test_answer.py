@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from tsm_fmu.diagnosis.answer.sentence import answer, best_wrong, leading_channel, place_text
 from tsm_fmu.diagnosis.choice.excitation import EXCITATION, words
-from tsm_fmu.diagnosis.report.sentence import answer, best_wrong, leading_channel, place_text
-from tsm_fmu.diagnosis.report.write import Gap
-from tsm_fmu.diagnosis.residual.formula import Formula, Hint
-from tsm_fmu.diagnosis.residual.locate import Place
-from tsm_fmu.diagnosis.runs.gate import Gate
-from tsm_fmu.diagnosis.workflow import Diagnosis
+from tsm_fmu.diagnosis.evidence import (
+    Candidate,
+    ChannelError,
+    Formula,
+    Gap,
+    Gate,
+    ModelFit,
+    Place,
+    ResidualShape,
+)
+from tsm_fmu.diagnosis.result import Diagnosis
 from tsm_fmu.effects import EFFECTS
 
 AFTER = Place("tau_in", "distance since reversal", "rad", (0.001, 0.1396), 0.714, 0.22, 0.6, 0.05, 1e-6, True)
@@ -34,19 +40,18 @@ def gap(**changes: Any) -> dict[str, Gap]:
 
 def found(verdict: str, **more: Any) -> Diagnosis:
     values: dict[str, Any] = {
-        "effects": (), "equivalent": (), "not_excited": (), "candidates": (), "where": (WEAK, BAND, AFTER),
-        "gate": Gate((), ()), "channels": ("x_out", "tau_in"),
+        "where": (WEAK, BAND, AFTER), "channels": ("x_out", "tau_in"), "gap": gap(),
     }  # fmt: skip
     return Diagnosis(verdict, **{**values, **more})
 
 
-def candidate(spec: str, closure: float, rmse: float = 1.0) -> Any:
-    fitted = SimpleNamespace(rmse=rmse, spread=1.0)
-    return SimpleNamespace(spec=spec, effect=spec.partition("@")[0], closure_measured=closure, fitted=fitted)
+def candidate(spec: str, closure: float, misfit: float = 1.0, testable: bool = True) -> Candidate:
+    channels = {"tau_in": ChannelError(0.01, (closure, closure))}
+    return Candidate(spec, 3.0, closure, None, {}, {}, channels, misfit, testable)
 
 
 def test_named_is_the_sentence_of_the_specification() -> None:
-    said = answer(found("named", effects=("load_dependence",)), gap())
+    said = answer(found("named", effects=("load_dependence",)))
     assert said == (
         "71 % of the disagreement of tau_in lies within 8 deg after reversals (22 % of the samples); load-dependent "
         "friction explains 93 % of it; held-out error of tau_in 12.1 -> 2.3 mN.m, floor 1.9 mN.m."
@@ -54,19 +59,21 @@ def test_named_is_the_sentence_of_the_specification() -> None:
 
 
 def test_a_floor_that_is_what_the_best_model_leaves_is_a_range() -> None:
-    said = answer(found("named", effects=("load_dependence",), where=()), gap(floor_least=0.0004, closure_least=0.887))
+    said = answer(
+        found("named", effects=("load_dependence",), where=(), gap=gap(floor_least=0.0004, closure_least=0.887))
+    )
     assert said == (
         "Load-dependent friction explains 89 to 93 % of the disagreement of tau_in; held-out error of tau_in "
         "12.1 -> 2.3 mN.m, floor 0.4 to 1.9 mN.m."
     )
     said = answer(
-        found("named", effects=("inertia",), where=()), gap(floor_least=0.0004, closure=1.0, closure_least=0.6)
+        found("named", effects=("inertia",), where=(), gap=gap(floor_least=0.0004, closure=1.0, closure_least=0.6))
     )
     assert said.startswith("Inertia explains 60 % to all of the disagreement of tau_in; ")
 
 
 def test_two_names_without_a_place_and_what_the_refit_did() -> None:
-    said = answer(found("named", effects=("inertia", "backlash@x_out"), where=()), gap(holdout_refitted=0.0071))
+    said = answer(found("named", effects=("inertia", "backlash@x_out"), where=(), gap=gap(holdout_refitted=0.0071)))
     assert said == (
         "Inertia and backlash in x_out explain 93 % of the disagreement of tau_in; held-out error of tau_in "
         "12.1 -> 2.3 mN.m (7.1 by a refit alone), floor 1.9 mN.m."
@@ -74,28 +81,52 @@ def test_two_names_without_a_place_and_what_the_refit_did() -> None:
 
 
 def test_without_held_out_runs_the_measured_ones_count() -> None:
-    said = answer(found("none", where=()), gap(holdout_before=None, holdout_after=None, holdout_refitted=None))
+    said = answer(found("none", where=(), gap=gap(holdout_before=None, holdout_after=None, holdout_refitted=None)))
     assert said == (
-        "Nothing is missing: no gap above the floor. Error of tau_in 13.1 -> 2.4 mN.m (12.2 by a refit alone), floor "
+        "No effect named. No gap above the floor. Error of tau_in 13.1 -> 2.4 mN.m (12.2 by a refit alone), floor "
         "1.9 mN.m."
     )
 
 
-def test_a_gap_above_the_floor_that_is_the_form_is_not_said_to_be_below_it() -> None:
-    said = answer(found("none"), gap(holdout_before=0.0031, holdout_after=0.0031, holdout_refitted=0.003))
-    assert said.startswith("Nothing is missing: the gap is within the form of any friction model. Held-out error")
+def test_where_nothing_is_named_what_is_left_over_the_motion_and_what_was_not_testable_is_said() -> None:
+    levels = {"holdout_before": 0.0031, "holdout_after": 0.0031, "holdout_refitted": 0.003}
+    part = replace(AFTER, rms=0.0011)
+    few = {"where": (WEAK, part, replace(part, coordinate="x", rms=0.0019)), "not_excited": ("wear", "delay", "slack")}
+    said = answer(found("none", gap=gap(**levels, threshold=0.0024), **few))
+    assert said == (
+        "No effect named. A repeatable residual of 1.9 mN.m (RMS) over position remains, below the threshold of "
+        "2.4 mN.m; 3 effects are not testable here. Held-out error of tau_in 3.1 mN.m (3 by a refit alone), floor "
+        "1.9 mN.m."
+    )
+    assert "below the threshold" not in answer(found("none", gap=gap(**levels, threshold=0.0017), **few))
+    quiet = answer(found("none", where=(), gap=gap(**{**levels, "holdout_after": 0.0019})))
+    assert quiet.startswith("No effect named. No gap above the floor. Held-out error")
 
 
 def test_effects_that_close_nothing_on_held_out_runs_have_no_share() -> None:
-    said = answer(found("named", effects=("inertia",), where=()), gap(closure=-0.2, closure_least=-0.1))
+    said = answer(found("named", effects=("inertia",), where=(), gap=gap(closure=-0.2, closure_least=-0.1)))
     assert said.startswith("Missing: inertia; held-out error")
-    said = answer(found("named", effects=("inertia",), where=()), gap(closure=0.4, closure_least=-0.1))
+    said = answer(found("named", effects=("inertia",), where=(), gap=gap(closure=0.4, closure_least=-0.1)))
     assert said.startswith("Inertia explains 0 to 40 % of the disagreement")
+
+
+def test_what_the_model_holds_beside_the_named_effects_is_said() -> None:
+    """The effects of the card, but for those the model was given with."""
+    before = ModelFit("TendonDrive", ("coulomb",), ())
+    after = ModelFit("TendonDrive", ("coulomb", "presliding_shape", "inertia", "offset_drift@tau_in"), ())
+    diagnosis = found("named", effects=("inertia",), where=(), given=before, refitted=before, final=after)
+    assert diagnosis.also_in_model == ("presliding_shape", "offset_drift@tau_in")
+    assert answer(diagnosis).endswith(
+        " The model of the answer also holds another curve of friction after reversals and an offset or drift in "
+        "tau_in: nuisance parameters, too small to be named."
+    )
+    assert "also holds" not in answer(replace(diagnosis, final=replace(after, effects=("coulomb", "inertia"))))
 
 
 def test_ambiguous_names_all_and_says_what_to_do() -> None:
     rivals = (candidate("delay@x_out", 0.88), candidate("sensor_lag@x_out", 0.87))
-    said = answer(found("ambiguous", equivalent=(("delay", "sensor_lag"),), candidates=rivals), gap())
+    alike = gap(closure=0.88, closure_least=0.88)
+    said = answer(found("ambiguous", equivalent=(("delay", "sensor_lag"),), candidates=rivals, gap=alike))
     assert (
         "a delay or a lag of the sensor explains 88 % of it, these runs cannot tell which: play the next experiment"
         in said
@@ -104,34 +135,29 @@ def test_ambiguous_names_all_and_says_what_to_do() -> None:
 
 def test_unknown_gives_the_formula_and_says_that_it_is_no_name() -> None:
     formula = Formula((("v", 0.0021, "N.m/(rad/s)"),), "2.1 mN.m/(rad/s) v", 0.64, 1e-4)
-    said = answer(
-        found("unknown", candidates=(candidate("stribeck", 0.31),)), gap(), [Hint("tau_in", "N.m", (), formula)]
-    )
+    shapes = (ResidualShape("tau_in", "N.m", (), formula),)
+    said = answer(found("unknown", candidates=(candidate("stribeck", 0.31),), shapes=shapes))
     assert "no effect of the library explains it well enough (the best, Stribeck friction, 31 %)" in said
     assert said.endswith("What predicts 64 % of it, not a name: tau_in lacks 2.1 mN.m/(rad/s) v.")
 
 
 def test_parameters_and_refusal() -> None:
-    assert answer(found("parameters"), gap()).startswith(
-        "Nothing is missing: other parameter values close the gap. Held-out"
-    )
-    refused = found("not_excited", gate=Gate((), ("x_in does not move in any run",)))
-    assert answer(refused, {}) == "No answer from these runs: x_in does not move in any run."
-    assert answer(found("not_excited"), gap()).startswith(
-        "No answer from these runs: no effect that could explain it shows"
-    )
+    assert answer(found("parameters")).startswith("No effect named: other parameter values close the gap. Held-out")
+    refused = found("not_excited", gap={}, gate=Gate((), ("x_in does not move in any run",)))
+    assert answer(refused) == "No answer from these runs: x_in does not move in any run."
+    assert answer(found("not_excited")).startswith("No answer from these runs: no effect that could explain it shows")
 
 
 def test_the_channel_is_the_one_that_was_closed() -> None:
-    assert leading_channel(found("named", effects=("inertia",)), gap()) == "tau_in"
+    assert leading_channel(found("named", effects=("inertia",))) == "tau_in"
     both = gap()
     # the larger gap, not closed
     both["x_out"] = Gap(
         "rad", 0.5, 0.5, None, None, 0.003, 0.003, 0.0, 0.0, None, 0.5, None, None
     )  # the larger gap, not closed
-    assert leading_channel(found("named", effects=("inertia",)), both) == "tau_in"
-    assert leading_channel(found("unknown"), both) == "x_out"
-    assert leading_channel(found("unknown"), {}) is None
+    assert leading_channel(found("named", effects=("inertia",), gap=both)) == "tau_in"
+    assert leading_channel(found("unknown", gap=both)) == "x_out"
+    assert leading_channel(found("unknown", gap={})) is None
 
 
 @pytest.mark.parametrize(
@@ -165,6 +191,8 @@ def test_best_wrong_is_none_of_the_answer() -> None:
     wrong = best_wrong(found("named", effects=("inertia",), candidates=listed))
     assert wrong is listed[2]
     assert best_wrong(found("unknown", candidates=listed)) is None
+    hidden = (*listed, candidate("wear", 0.9, 0.1, testable=False))
+    assert best_wrong(found("named", effects=("inertia",), candidates=hidden)) is listed[2]
     assert best_wrong(found("ambiguous", equivalent=(("inertia", "delay"),), candidates=listed)) is listed[1]
 
 

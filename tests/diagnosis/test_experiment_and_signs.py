@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tsm_fmu.diagnosis.choice.next_experiment import menu, playable
-from tsm_fmu.diagnosis.choice.passivity import returned_share, sign_notes
+from tsm_fmu.diagnosis.answer.next_motion import menu, playable
+from tsm_fmu.diagnosis.answer.passivity import returned_share, sign_notes
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.regression.problem import FitRun
 

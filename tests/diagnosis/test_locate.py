@@ -7,7 +7,8 @@ import pytest
 from scipy.signal import lfilter
 from scipy.stats import gamma
 
-from tsm_fmu.diagnosis.residual.locate import Place, locate
+from tsm_fmu.diagnosis.evidence import Place
+from tsm_fmu.diagnosis.residual.locate import locate
 from tsm_fmu.diagnosis.residual.surrogates import background, surrogates, tail
 from tsm_fmu.diagnosis.runs.motion_signals import Coordinates, coordinates_of
 from tsm_fmu.kernels.kernel import kernel

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
 import shutil
@@ -12,8 +13,11 @@ import numpy as np
 import pytest
 
 from tsm_fmu.card import read_card
+from tsm_fmu.diagnosis.choice.excitation import words
+from tsm_fmu.diagnosis.evidence import Gap
 from tsm_fmu.diagnosis.report.page import _closed, _gaps, value_text
-from tsm_fmu.diagnosis.report.write import Gap, write_diagnosis
+from tsm_fmu.diagnosis.report.write import write_diagnosis
+from tsm_fmu.diagnosis.result import Diagnosis
 from tsm_fmu.diagnosis.workflow import diagnose
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record
@@ -44,7 +48,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
     out = tmp_path_factory.mktemp("diagnosis")
     measured, held = [record(31), record(32)], [record(33)]
     found = diagnose(kernel("LuGreFriction"), measured, values=GIVEN, holdout=held)
-    data = write_diagnosis(out, found, measured, held)
+    data = write_diagnosis(out, found)
     return out / "report.html", data
 
 
@@ -68,10 +72,32 @@ def test_the_report_holds_the_answer_and_its_evidence(written: tuple[Path, dict]
     for field in ("before", "refitted", "after", "holdout_before", "holdout_refitted", "holdout_after", "floor"):
         assert any(f">{float(f'{gap[field] * factor:.3g}'):.5g}<" in text for factor in (1.0, 1e3)), field
     for c in data["candidates"]:
-        assert f">{c['place']}<" in text
+        assert (f">{c['place']}<" in text.partition("<h2>Candidates")[2].partition("<h2>")[0]) == c["testable"]
+        assert c["testable"] == (c["effect"] not in data["not_excited"])
     for name in data["not_excited"]:
         assert name in json.loads((path.parent / "diagnosis.json").read_text(encoding="utf-8"))["not_excited"]
     assert f"{31:064d}" in text
+
+
+def test_a_quantity_has_one_number_on_the_page(written: tuple[Path, dict]) -> None:
+    """The answer's error and the refit's are the same in the tables of the gap and of the candidates."""
+    path, data = written
+    page = html.unescape(path.read_text(encoding="utf-8"))
+    gap = data["gap"]["F"]
+    rows = {cells[0]: cells[1:] for cells in _rows(page)}
+    assert rows["none (refit alone)"][0] == rows["refit alone"][0]
+    (named,) = data["effects"]
+    assert rows[words(named)][0] == rows["model of the answer"][0]
+    assert rows[words(named)][2] == rows["gap closed"][-1]
+    assert gap["floor_least"] <= gap["floor"] <= min(gap["refitted"], gap["after"])
+
+
+def _rows(page: str) -> list[list[str]]:
+    return [
+        re.findall(r"<td[^>]*>(.*?)</td>", row, re.DOTALL)
+        for row in re.findall(r"<tr>(.*?)</tr>", page, re.DOTALL)
+        if "<td" in row
+    ]
 
 
 def test_freedom_in_the_card_that_is_not_the_answer_is_told(written: tuple[Path, dict]) -> None:
@@ -86,7 +112,7 @@ def test_freedom_in_the_card_that_is_not_the_answer_is_told(written: tuple[Path,
 
 def test_a_gap_has_a_row_for_each_model_and_a_caution_where_it_does_not_carry_over() -> None:
     g = Gap("N", 0.31, 0.04, 1.09, 0.21, 0.04, 0.009, 1.03, 0.96, (0.91, 1.02), 0.29, 1.1, 0.04)
-    section = _gaps({"F": g})
+    section = _gaps(Diagnosis("named", gap={"F": g}, channels=("F",)))
     assert section is not None
     assert "Caution: the error of F on the held-out runs is 5.2 times that on the measured ones" in section.text
     (table,) = section.tables
@@ -96,7 +122,7 @@ def test_a_gap_has_a_row_for_each_model_and_a_caution_where_it_does_not_carry_ov
     assert rows["gap closed"] == ["", "96 % to all"]
     assert rows["the same, 90 % over runs"] == ["", "91 to 100 %"]
     alone = Gap("N", 0.31, 0.31, None, None, 0.04, 0.04, None, None, None, 0.29, None, None)
-    section = _gaps({"F": alone})
+    section = _gaps(Diagnosis("none", gap={"F": alone}, channels=("F",)))
     assert section is not None
     assert "Caution" not in section.text
     assert [name for name, *_ in section.tables[0].rows] == [
@@ -119,10 +145,18 @@ def test_parameters_have_the_units_of_people(value: float, unit: str, text: str)
 
 
 @pytest.mark.parametrize(
-    ("share", "text"), [(None, ""), (-2.01, "worse"), (-0.001, "0 %"), (0.66, "66 %"), (1.04, "100 %")]
+    ("shares", "text"),
+    [
+        (None, ""),
+        ((-2.3, -2.01), "worse"),
+        ((-0.1, -0.001), "0 %"),
+        ((0.66, 0.66), "66 %"),
+        ((0.42, 0.44), "42 to 44 %"),
+        ((0.9, 1.04), "90 % to all"),
+    ],
 )
-def test_shares_closed_are_no_odd_percentages(share: float | None, text: str) -> None:
-    assert _closed(share) == text
+def test_shares_closed_are_no_odd_percentages(shares: tuple[float, float] | None, text: str) -> None:
+    assert _closed(shares) == text
 
 
 def test_only_effects_without_a_place_lack_a_motion(written: tuple[Path, dict]) -> None:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tsm_fmu.diagnosis.answer.gaps import closure
 from tsm_fmu.diagnosis.choice.floors import white_noise
-from tsm_fmu.diagnosis.choice.summary import closure
 from tsm_fmu.diagnosis.fits.refit import Task, as_given, refit
 from tsm_fmu.diagnosis.fits.response import sizes_of
 from tsm_fmu.diagnosis.residual.locate import benjamini_hochberg, locate

@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import lfilter
 
 from tsm_fmu.diagnosis.residual.dependence import dependence
-from tsm_fmu.diagnosis.residual.formula import formula, hints, text_of
+from tsm_fmu.diagnosis.residual.formula import formula, shapes, text_of
 from tsm_fmu.diagnosis.residual.sparse import chosen, fitted, folds, predicted_shares, smallest, sums
 from tsm_fmu.diagnosis.runs.motion_signals import Coordinates, coordinates_of
 from tsm_fmu.kernels.kernel import kernel
@@ -168,7 +168,7 @@ def test_bins_without_samples_have_no_point() -> None:
         assert (curve.mean < curve.high).all()
 
 
-def test_hints_of_a_channel_without_a_law_are_empty_and_of_another_not() -> None:
+def test_shapes_of_a_channel_without_a_law_are_empty_and_of_another_not() -> None:
     from tsm_fmu.diagnosis.residual.locate import locate
 
     where = places(2)
@@ -176,7 +176,7 @@ def test_hints_of_a_channel_without_a_law_are_empty_and_of_another_not() -> None
     rng = np.random.default_rng(6)
     both = [np.column_stack([y, 0.01 * noise(y.size, 0.9, rng)]) for y in law]
     seen = locate(both, where, ["tau", "x_out"], "m", "N")
-    first, second = hints(both, where, ["tau", "x_out"], ["N.m", "rad"], seen, "m", "N")
+    first, second = shapes(both, where, ["tau", "x_out"], ["N.m", "rad"], seen, "m", "N")
     assert first.dependences[0].coordinate in ("distance since reversal", "a", "v", "x")
     assert "mN.m sgn(v) exp(-d/" in first.formula.text
     assert second.formula.text == ""

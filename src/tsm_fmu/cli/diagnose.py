@@ -17,7 +17,7 @@ from .app import app, number_settings, print_json, settings
 from .runs import Cutoff, Holdout, Map, Measured, Scale, Start, Stop, read_runs
 
 if TYPE_CHECKING:
-    from ..diagnosis.workflow import Diagnosis
+    from ..diagnosis.result import Diagnosis
 
 
 @app.command("diagnose")
@@ -49,11 +49,11 @@ def diagnose(
     chosen.kernel.params(chosen.preset or None, values)
     records = read_runs([*measured, *reference, *holdout], start, stop, maps, scales)
     split = len(measured) + len(reference)
-    used, calm, held = records[: len(measured)], records[len(measured) : split], records[split:]
+    used, references, held = records[: len(measured)], records[len(measured) : split], records[split:]
     console = Console(stderr=True)
     status = console.status("diagnose") if sys.stderr.isatty() else None
 
-    def said(text: str) -> None:
+    def progress(text: str) -> None:
         if status is not None:
             status.update(f"diagnose: {text}")
 
@@ -61,11 +61,11 @@ def diagnose(
         status.start()
     try:
         found = find(
-            chosen.kernel, used, values=values, preset=chosen.preset or None, fixed=chosen.fixed,
-            reference=calm, holdout=held, cutoff=cutoff, seed=seed, said=said,
+            chosen.kernel, used, values=values, preset=chosen.preset or None, fixed=chosen.fixed, reference=references,
+            holdout=held, cutoff=cutoff, seed=seed, progress=progress,
         )  # fmt: skip
-        said("card, FMU, report")
-        data = write_diagnosis(out, found, used, held, preset=chosen.preset, reference=calm, seed=seed)
+        progress("card, FMU, report")
+        data = write_diagnosis(out, found)
     finally:
         if status is not None:
             status.stop()

@@ -1,142 +1,76 @@
-"""From runs and a model to a diagnosis: gate, floors, baseline, locate, name, add."""
+"""From runs and a model to a diagnosis: check the runs, fit, search, judge, and say what was found."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..card import RecordUsed
 from ..effects import EFFECTS
 from ..effects.coordinates import ANGLE
 from ..kernels.chain import id_of
-from ..kernels.chain_source import Attached
-from ..kernels.kernel import Kernel, kernel
+from ..kernels.kernel import Kernel
 from ..logs.record import Record
-from ..regression.problem import FitRun, FloatArray
-from ..regression.specification import fit_run, measured_channels
-from ..regression.threads import together
-from .choice.floors import Floors, floors_of, open_channels
-from .choice.hypotheses import (
-    Hypothesis,
-    foldable,
-    folded,
-    hypothesis,
-    interleaved,
-    probed,
-    rivals_again,
-    tried,
-    with_fit,
-)
-from .choice.passivity import sign_notes
-from .choice.patches import without_patches
-from .choice.summary import Candidate, candidates_of
-from .choice.supported import MATERIAL, Choice, chosen, fewer_again, indistinct, leading, left
+from ..regression.problem import FitRun
+from .answer.candidates import candidates_of, rows_of
+from .answer.gaps import errors_of, gaps
+from .answer.next_motion import next_motion
+from .answer.parameters import bound_notes, card_of, changes_of, model_fit, own_values
+from .answer.sentence import answer
+from .answer.shape import located
+from .answer.verdict import Verdict, verdict_of
+from .choice.baselines import baselines
+from .choice.judged import Judged, judged
+from .choice.search import Search, candidate_places
+from .choice.supported import MATERIAL
 from .choice.visibility import unexcited
-from .fits.nuisance import Start, earned, freed, freedoms, untied, without
-from .fits.quantised import Levels, coarse, step_noise, with_levels
-from .fits.refit import Fitted, Task, as_given, refit
-from .fits.response import places_of
-from .fits.screening import possible, screen
-from .residual.locate import Place, locate
-from .runs.beginning import beginning_note, compared
-from .runs.gate import Gate, gate
-from .runs.motion_signals import coordinates_of
-from .runs.sheath_angle import listening
+from .evidence import Candidate, Gap, Gate, NextMotion, RunComparison
+from .fits.refit import Fitted, Task
+from .result import Diagnosis
+from .runs.beginning import beginning_note
+from .runs.gate import gate
+from .runs.motion_signals import coordinate_units
+from .runs.prepared import PreparedRuns, prepared
 from .runs.thinning import motion_channel, searched
 
-MOST_EFFECTS = 3
-SECOND = 4
-"""Candidates refitted on top of each effect that is there."""
-FOLDED = 6
-"""Best hypotheses that are judged by runs left out in turn."""
-SWAPPED = 4
-"""First effects tried again beside a second one: the best alone need not be one of two."""
 PRESLIDING = (3e-4, 0.02, 0.1)
 """Shortest, usual and longest presliding distance that the effects see, as part of the longest stroke."""
-NEGLIGIBLE = 0.002
-"""A nuisance freedom that does less than this part of a channel's spread is left out of the answer's model."""
+
+Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Diagnosis:
-    """What was found; see `diagnose`.
+class Investigation:
+    """What the search found, with its fits: from it a `Diagnosis` is made.
 
     Attributes
     ----------
-    verdict : str
-        ``named``, ``ambiguous``, ``unknown``, ``none``, ``parameters`` or ``not_excited``.
-    effects : tuple of str
-        Named effects as ``id`` or ``id@channel``, in the order added.
-    equivalent : tuple of tuple of str
-        Sets of ids that these runs cannot tell apart.
-    not_excited : tuple of str
-        Ids of effects that these runs could not show.
-    candidates : tuple of Candidate
-        After their joint refit with the baseline, best first.
-    where : tuple of Place
-        Of the refitted baseline's residual (of the given model's where the refit closes the gap).
-    gate : Gate
-    given, baseline, final : Fitted or None
-        The model as given, refitted, and with the effects of the answer; on thinned runs.
-    floor, floor_least : ndarray, shape (channels,)
-        See `floors.Floors`.
-    reference_floor : ndarray or None
-        Gap on reference runs, after the same refit.
-    runs, holdout : list of FitRun
-        All samples.
-    notes : tuple of str
-        What else a user should know.
+    runs : PreparedRuns
+    judged : Judged
+    verdict : Verdict
+    not_excited, unplaced : tuple of str
+        Ids of effects that these runs could not show; those of them that have no place in the model.
     """
 
-    verdict: str
-    effects: tuple[str, ...]
-    equivalent: tuple[tuple[str, ...], ...]
+    runs: PreparedRuns
+    judged: Judged
+    verdict: Verdict
     not_excited: tuple[str, ...]
-    candidates: tuple[Candidate, ...]
-    where: tuple[Place, ...]
-    gate: Gate
-    channels: tuple[str, ...]
-    given: Fitted | None = None
-    baseline: Fitted | None = None
-    final: Fitted | None = None
-    floor: FloatArray = field(default_factory=lambda: np.empty(0))
-    floor_least: FloatArray = field(default_factory=lambda: np.empty(0))
-    reference_floor: FloatArray | None = None
-    runs: Sequence[FitRun] = ()
-    holdout: Sequence[FitRun] = ()
-    notes: tuple[str, ...] = ()
+    unplaced: tuple[str, ...]
 
     @property
-    def ids(self) -> list[str]:
-        """Ids of the named effects, in the order added."""
-        return [id_of(spec) for spec in self.effects]
-
-    @cached_property
-    def unplaced(self) -> tuple[str, ...]:
-        """Those not excited that have no place in the model with these channels: nothing can be said of them."""
-        if self.given is None:
-            return ()
-        inputs = [v.name for v in self.given.problem.kernel.inputs]
-        placed = {a.module.NAME for a in possible(self.given.model, self.channels, (), inputs)}
-        return tuple(e for e in self.not_excited if e not in placed)
-
-    @property
-    def hidden(self) -> tuple[str, ...]:
-        """The others of them: these runs could not show them."""
-        return tuple(e for e in self.not_excited if e not in self.unplaced)
-
-    @property
-    def answered(self) -> set[str]:
-        """Ids that the answer holds: named, or in a set."""
-        return {*self.ids}.union(*self.equivalent)
+    def stages(self) -> dict[str, Fitted]:
+        """The model as given, refitted, and that of the answer."""
+        before = self.judged.baselines
+        return {"given": before.given, "refitted": before.refitted.fitted, "final": self.verdict.final}
 
 
 def diagnose(
     model: Kernel, measured: Sequence[Record], *, values: Mapping[str, float] | None = None, preset: str | None = None,
     fixed: Sequence[str] = (), reference: Sequence[Record] = (), holdout: Sequence[Record] = (),
-    cutoff: float | None = None, seed: int = 0, said: Callable[[str], None] = lambda _: None,
+    cutoff: float | None = None, seed: int = 0, progress: Progress = lambda _: None,
 ) -> Diagnosis:  # fmt: skip
     """Find where model and measurement disagree, and which effect is missing.
 
@@ -155,242 +89,153 @@ def diagnose(
     cutoff : float, optional
         Of the differentiator [Hz], where v and a are derived.
     seed : int
-    said : callable
-        Told what is being done.
+        Of the noise that residuals are compared with.
+    progress : callable
+        Given, before each step, what is being done.
+
+    Returns
+    -------
+    Diagnosis
 
     Raises
     ------
     InputError
         Runs that do not fit the model, values from which it cannot run, a held-out run that is too short.
     """
-    records = [*measured, *reference, *holdout]
-    model, said_of_angle = listening(model, records)
-    channels = measured_channels(model, records)
-    everything = [compared(model, fit_run(model, record, channels, cutoff), channels) for record in records]
-    runs, held = everything[: len(measured)], everything[len(measured) + len(reference) :]
-    references = everything[len(measured) : len(measured) + len(reference)]
-    said("gate")
-    passed = gate(measured, model, channels)
-    effects = tuple(getattr(model.module, "EFFECTS", ()))
-    if passed.refused:
-        ids = tuple(m.NAME for m in EFFECTS)
-        return Diagnosis("not_excited", (), (), ids, (), (), passed, channels, runs=runs, holdout=held)
-    work = _Work(model, tuple(effects), channels, runs, searched(model, held), seed, said)
-    span = max(float(np.ptp(coordinates_of(model, run, None).x)) for run in runs) or 1.0
-    start = {"motion.x_pre": PRESLIDING[1] * span} | dict(values or {})
-    limits = {"motion.x_pre": (PRESLIDING[0] * span, PRESLIDING[2] * span)}
-    bend = ANGLE in [v.name for v in model.inputs]
-    task = Task(model.name, searched(model, runs), channels, start, preset, tuple(fixed), limits=limits, bend=bend)
-    found = work.on(task, searched(model, references))
-    notes = (*found.notes, *said_of_angle, *beginning_note([*runs, *held]))
-    return replace(found, gate=passed, runs=runs, holdout=held, notes=notes)
+    runs = prepared(model, measured, reference, holdout, cutoff)
+    progress("gate")
+    checked = gate(measured, runs.model, runs.channels)
+    roles = {"measured": measured, "held out": holdout, "reference": reference}
+    records = {f"{role} {r.name}": r.sha256 for role, group in roles.items() for r in group}
+    if checked.refused:
+        return _refused(runs, checked, records, preset, seed)
+    found = investigate(runs, task_of(runs, values or {}, preset, fixed), progress)
+    used = [RecordUsed(r.name, r.sha256) for r in measured if r.sha256]
+    used += [RecordUsed(r.name, r.sha256, "holdout") for r in holdout if r.sha256]
+    progress("locate")
+    return _described(found, checked, measured, tuple(used), records, preset or "", seed)
 
 
-@dataclass(frozen=True)
-class _Work:
-    model: Kernel
-    effects: tuple[str, ...]
-    channels: tuple[str, ...]
-    runs: list[FitRun]
-    held: list[FitRun]
-    seed: int
-    said: Callable[[str], None]
-
-    def on(self, task: Task, references: list[FitRun]) -> Diagnosis:
-        self.said("model as given")
-        given = as_given(task, self.effects)
-        self.said("refit of the baseline")
-        base = self._baseline(task, given)
-        free = freedoms(task.model, self.channels, self.effects)
-        calm = None
-        if references:
-            self.said("reference runs")
-            calm = freed(self._baseline(replace(task, runs=references)), free)
-            base = replace(base, task=replace(base.task, form=calm.rmse, earned=earned(calm, free)))
-        levels = coarse(self.runs, self.channels, base.spread)
-        form = np.maximum(base.task.form, step_noise(levels, self.channels))
-        base = replace(base, task=replace(base.task, gap=base.rmse, form=form))
-        plain = hypothesis((), base, (), self.held)
-        start = hypothesis((), freed(base, free), free, self.held)
-        hypotheses = self._hypotheses(start, plain, calm)
-        if not self.held and foldable(task.runs):
-            self.said("runs left out in turn")
-            best = sorted(hypotheses[1:], key=left)[:FOLDED]
-            plain, *hypotheses = together(folded, [plain, start, *best])
-        choice = chosen(hypotheses, plain)
-        floors = floors_of(choice, base, calm, [one.channel for one in levels])
-        if floors.open_.any() and not floors.unexplained.any():
-            self.said("patches")
-            fewer = without_patches(choice, hypotheses, floors.open_, self.held)
-            if fewer is None:
-                floors = replace(floors, unexplained=floors.open_)
-            else:
-                choice = fewer
-        there = {id_of(spec) for spec in self.effects}
-        absent = [m.NAME for m in EFFECTS if m.NAME not in there]
-        unseen = unexcited(base, self._possible(()), choice.best, absent)
-        candidates = candidates_of(hypotheses, choice, plain, floors)
-        result = Diagnosis(
-            "none", (), (), unseen, candidates, (), Gate((), ()), self.channels, given, base, base, floors.noise,
-            floors.least, floors.reference, notes=self._notes(base),
-        )  # fmt: skip
-        return self._answer(result, choice, plain, floors, levels)
-
-    def _baseline(self, task: Task, given: Fitted | None = None) -> Fitted:
-        """The model refitted, channels weighed by what it leaves of them."""
-        first = refit(task, self.effects, {}, own=given.own if given else None)
-        if len(self.channels) < 2:
-            return first
-        weighed = replace(task, weights=1.0 / np.maximum(first.rmse, 1e-6 * first.spread))
-        return refit(weighed, self.effects, first.values, own=first.own)
-
-    def _possible(
-        self, attached: Sequence[str], released: Sequence[str] = (), travel: float = np.inf
-    ) -> list[Attached]:
-        """Candidates; a nuisance offset that is there can still be released to drift."""
-        inputs = [v.name for v in self.model.inputs]
-        return [
-            c for c in possible(self.model.name, self.channels, self.effects, inputs, travel)
-            if c.spec not in attached or (c.module.NAME == "offset_drift" and c.spec not in released)
-        ]  # fmt: skip
-
-    def _hypotheses(self, start: Hypothesis, plain: Hypothesis, calm: Fitted | None) -> list[Hypothesis]:
-        """The baseline with its freedom, with each of the best candidates, with two effects and with three."""
-        everywhere = np.ones(len(self.channels), bool)
-        travel = max(float(np.ptp(c.x)) for c in places_of(plain.fitted))
-        found, singles, now = [start], [], start
-        for _ in range(MOST_EFFECTS):
-            left_over = [
-                c for c in self._possible(now.fitted.effects, now.fitted.released, travel)
-                if not plain.fitted.has(c.module.NAME)  # it would only correct the form of what is there
-            ]  # fmt: skip
-            screened = screen(now.fitted, left_over, everywhere, self.said)
-            before = plain.fitted if not now.added else now.bare
-            starts = {}
-            if before is not now.fitted:
-                instead = screen(before, left_over, everywhere, self.said)
-                starts = {s.attached.spec: Start(before, s.starts[0]) for s in instead}
-                screened = interleaved(screened, instead)
-                gains = {s.attached.spec: s.gain for s in instead}
-                screened = [replace(s, gain=max(s.gain, gains[s.attached.spec])) for s in screened]
-            if now.added:
-                self.said("probe of a further effect")
-                screened = probed(now.fitted, screened, now.free)
-                screened = [s for s in screened if _promises(s.gain, before)][: len(now.material) + SECOND]
-            more = tried(now, screened, self.held, calm if now is start else None, starts, self.said)
-            if not more:
-                break
-            more = rivals_again(more, self.held)
-            found += more
-            best = leading(more)
-            if len(now.added) == 1:
-                second = [s for s in screened if s.attached.spec == best.added[-1]]
-                others = [h for h in sorted(singles, key=left) if h is not now]
-                for other in others[:SWAPPED]:
-                    if best.added[-1] not in other.fitted.effects:
-                        found += tried(other, second, self.held, said=self.said)
-                pairs = rivals_again([h for h in found if len(h.added) == 2], self.held)
-                found = [h for h in found if len(h.added) != 2] + pairs
-                best = leading(pairs)
-            found = fewer_again(best, found, plain, self.held)
-            if left(best) >= left(now):
-                break
-            singles = singles or more
-            now = best
-            choice = chosen(found, plain)
-            if len(choice.winner.effects) < len(now.added):
-                break  # one more did not help
-            if not choice.winner.bends and not open_channels(choice.winner, plain.fitted, calm).any():
-                break  # nothing is left to explain, and nothing explained by what is rather a nuisance
-        return found
-
-    def _answer(
-        self, result: Diagnosis, choice: Choice, plain: Hypothesis, floors: Floors, levels: list[Levels]
-    ) -> Diagnosis:
-        winner = choice.winner
-        result = replace(result, final=self._kept(winner), where=self._where(plain.fitted))
-        if floors.unexplained.any():
-            shown = {c.effect for c in result.candidates} - set(result.not_excited)
-            verdict = "unknown" if shown or not result.candidates else "not_excited"
-            return replace(result, verdict=verdict, final=plain.fitted)
-        if levels:
-            assert result.final is not None
-            result = replace(result, final=with_levels(result.final, levels))
-        if not winner.effects and not levels:
-            return self._without_effect(result, winner, plain)
-        sets = [_ids(h) for h in choice.supported]
-        common = [e for e in sets[0] if all(e in ids for ids in sets)]
-        rest = tuple(dict.fromkeys(e for ids in sets for e in ids if e not in common))
-        unseen = tuple(e for e in result.not_excited if all(e not in ids for ids in sets))
-        assert result.final is not None
-        notes = (*result.notes, *sign_notes(result.final), *self._left_notes(floors))
-        result = replace(result, not_excited=unseen, equivalent=(rest,) if rest else (), notes=notes)
-        common += [id_of(one.spec) for one in levels]
-        if not common:
-            return replace(result, verdict="ambiguous")
-        every = (*winner.effects, *(one.spec for one in levels))
-        named = tuple(spec for spec in every if id_of(spec) in common)
-        return replace(result, verdict="named", effects=named)
-
-    def _without_effect(self, result: Diagnosis, winner: Hypothesis, plain: Hypothesis) -> Diagnosis:
-        """Nothing is missing: were other parameters needed?"""
-        given = result.given
-        assert given is not None
-        used = plain if indistinct(plain, winner, plain) else winner
-        removed = np.maximum(given.rmse**2 - used.fitted.rmse**2, 0.0)
-        if (removed <= (MATERIAL * used.fitted.spread) ** 2).all():
-            return replace(result, verdict="none", final=given)
-        final = used.fitted if used is plain else result.final
-        return replace(result, verdict="parameters", final=final, where=self._where(given))
-
-    def _kept(self, winner: Hypothesis) -> Fitted:
-        """The winner's fit without the nuisance freedom that does nothing; zeros of runs that are named may be free.
-
-        They are if that does not cost on runs that were not fitted: there they could have taken what is a law.
-        """
-        fitted = winner.fitted
-        if any(spec.startswith("offset_drift") for spec in winner.material):
-            self.said("refit with free zeros")
-            loose = with_fit(winner, untied(fitted, winner.free), self.held)
-            if not self.held and winner.held is not None:
-                loose = folded(loose)
-            if left(loose) < left(winner):
-                fitted = loose.fitted
-        for spec in winner.free:
-            if spec not in winner.effects and float(fitted.share_of(spec).max()) < NEGLIGIBLE:
-                self.said(f"refit without {spec}")
-                fitted = without(fitted, spec, winner.free)
-        return fitted
-
-    def _where(self, fitted: Fitted) -> tuple[Place, ...]:
-        self.said("locate")
-        base = kernel(self.model.name)
-        units = {v.name: v.quantity.unit for v in (*base.inputs, *base.outputs)}
-        unit = units.get(motion_channel(base), "1").removesuffix("/s")
-        load = units.get(base.roles.load, "1")
-        return tuple(locate(fitted.residuals, places_of(fitted), self.channels, unit, load, self.seed))
-
-    def _left_notes(self, floors: Floors) -> tuple[str, ...]:
-        return tuple(
-            f"what is left of {channel} is no noise: the law of the rig is not quite that of the answer"
-            for channel, is_open in zip(self.channels, floors.open_, strict=True) if is_open
-        )  # fmt: skip
-
-    def _notes(self, base: Fitted) -> tuple[str, ...]:
-        notes = []
-        for field_ in base.problem.shared:
-            p, value = base.problem.parameters[field_], base.table[0, base.problem.fields.index(field_)]
-            width = p.max - p.min
-            near = 1e-4 * width if np.isfinite(width) else 1e-6 * max(1.0, abs(value))
-            if value - p.min < near or p.max - value < near:
-                notes.append(f"the refit stopped at a bound of {base.problem.declared[field_].name} ({value:g})")
-        return tuple(notes)
+def task_of(runs: PreparedRuns, values: Mapping[str, float], preset: str | None, fixed: Sequence[str]) -> Task:
+    """What stays the same in every refit."""
+    stroke = runs.stroke
+    return Task(
+        runs.model.name, searched(runs.model, runs.measured), runs.channels,
+        {"motion.x_pre": PRESLIDING[1] * stroke, **values}, preset, tuple(fixed),
+        limits={"motion.x_pre": (PRESLIDING[0] * stroke, PRESLIDING[2] * stroke)},
+        bend=ANGLE in [v.name for v in runs.model.inputs],
+    )  # fmt: skip
 
 
-def _ids(one: Hypothesis) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(id_of(spec) for spec in one.effects))
+def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: None) -> Investigation:
+    """Fit the baselines, search for hypotheses, judge them and find the verdict.
+
+    Parameters
+    ----------
+    runs : PreparedRuns
+    task : Task
+    progress : callable
+    """
+    holdout, references = searched(runs.model, runs.holdout), searched(runs.model, runs.reference)
+    fitted = baselines(task, runs.effects, runs.measured, references, holdout, progress)
+    hypotheses = Search(runs.model, fitted, holdout, progress).hypotheses()
+    result = judged(hypotheses, fitted, holdout, progress)
+    hidden, unplaced = _not_excited(runs, result)
+    tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]
+    verdict = verdict_of(result.baselines, result.choice, result.floors, tested, hidden, holdout, progress)
+    answered = {*map(id_of, verdict.effects), *verdict.equivalent}
+    return Investigation(runs, result, verdict, tuple(e for e in hidden if e not in answered), unplaced)
 
 
-def _promises(gain: float, fitted: Fitted) -> bool:
-    """Whether a candidate takes enough of what is left to matter, by its linear step or its probe."""
-    return bool((np.sqrt(-np.expm1(-gain)) * fitted.rmse > MATERIAL * fitted.spread).any())
+def _not_excited(runs: PreparedRuns, result: Judged) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Ids of effects that the runs could not show, and those without a place in the model."""
+    there = {id_of(spec) for spec in runs.effects}
+    absent = [m.NAME for m in EFFECTS if m.NAME not in there]
+    base = result.baselines.refitted.fitted
+    hidden = unexcited(base, candidate_places(runs.model, base), result.choice.best, absent)
+    placed = {c.module.NAME for c in candidate_places(runs.model, result.baselines.given)}
+    return hidden, tuple(e for e in hidden if e not in placed)
+
+
+def _refused(runs: PreparedRuns, checked: Gate, records: Mapping[str, str], preset: str | None, seed: int) -> Diagnosis:
+    """No answer: the runs cannot be judged."""
+    found = Diagnosis(
+        "not_excited", not_excited=tuple(m.NAME for m in EFFECTS), channels=runs.channels, gate=checked,
+        compared_from=_compared_from(runs), records=records, preset=preset or "", seed=seed,
+    )  # fmt: skip
+    return replace(found, answer=answer(found))
+
+
+def _described(
+    found: Investigation, checked: Gate, measured: Sequence[Record], used: tuple[RecordUsed, ...],
+    records: Mapping[str, str], preset: str, seed: int,
+) -> Diagnosis:  # fmt: skip
+    """The diagnosis in numbers and words: errors at full sampling, candidates, places, formulas, card, next motion."""
+    runs, verdict, before, stages = found.runs, found.verdict, found.judged.baselines, found.stages
+    gap = _gaps(found)
+    candidates = candidates_of(
+        rows_of(found.judged.hypotheses, found.judged.choice, found.judged.floors),
+        verdict.final.effects if verdict.effects or verdict.equivalent else (), gap, before.refitted,
+        before.with_nuisances, runs.measured, found.not_excited, unknown=bool(found.judged.floors.unexplained.any()),
+    )  # fmt: skip
+    stage = "given" if verdict.word in ("none", "parameters") else "refitted"
+    missing = verdict.word in ("named", "ambiguous", "unknown")
+    where, shapes = located(stages[stage], seed, formulas=missing)
+    given, refitted, final = (model_fit(fitted) for fitted in stages.values())
+    bounds = bound_notes(before.refitted.fitted, verdict.final)
+    diagnosis = Diagnosis(
+        verdict.word, effects=verdict.effects, equivalent=(verdict.equivalent,) if verdict.equivalent else (),
+        not_excited=found.not_excited, unplaced=found.unplaced, candidates=candidates, where=where, located=stage,
+        shapes=shapes, gap=gap, channels=runs.channels, given=given,
+        refitted=refitted, final=final, changes=changes_of(before.given, verdict.final),
+        model=card_of(verdict.final, used, preset, seed), next_motion=_next_motion(found, candidates), gate=checked,
+        runs=_comparisons(found, measured), compared_from=_compared_from(runs), motion=motion_channel(runs.model),
+        motion_unit=coordinate_units(runs.model)[0],
+        notes=(*bounds, *verdict.notes, *runs.notes, *beginning_note([*runs.measured, *runs.holdout])),
+        records=records, preset=preset, seed=seed,
+    )  # fmt: skip
+    return replace(diagnosis, answer=answer(diagnosis))
+
+
+def _gaps(found: Investigation) -> dict[str, Gap]:
+    runs, verdict = found.runs, found.verdict
+    base = found.judged.baselines.refitted.fitted
+    units = {v.name: v.quantity.unit for v in base.problem.kernel.outputs}
+    threshold = np.maximum(MATERIAL * base.spread, base.task.form)
+    given, refitted, final = (errors_of(fitted, runs.measured, runs.holdout) for fitted in found.stages.values())
+    return gaps(
+        runs.channels, [units[c] for c in runs.channels], given, refitted, final, found.judged.floors, threshold,
+        with_effects=bool(verdict.effects or verdict.equivalent),
+    )  # fmt: skip
+
+
+def _next_motion(found: Investigation, candidates: Sequence[Candidate]) -> NextMotion | None:
+    """The motion that separates the effects that cannot be told apart."""
+    wanted, fits = found.verdict.equivalent, {}
+    rows = dict(rows_of(found.judged.hypotheses, found.judged.choice, found.judged.floors))
+    for c in candidates:
+        if c.effect in wanted:
+            fits.setdefault(c.effect, rows[c.spec].fitted)
+    return next_motion(list(fits.values()), found.judged.floors.noise) if wanted else None
+
+
+def _comparisons(found: Investigation, measured: Sequence[Record]) -> tuple[RunComparison, ...]:
+    """Each measured run beside its simulations, with all its samples."""
+    runs, names = found.runs.measured, [v.name for v in found.runs.model.inputs]
+    motion = motion_channel(found.runs.model)
+    residuals = {name: fitted.at(runs).residuals for name, fitted in found.stages.items()}
+    own = own_values(found.verdict.final)
+    return tuple(
+        RunComparison(
+            record, run.time, run.targets, {name: run.targets - r[k] for name, r in residuals.items()},
+            run.inputs[:, names.index(motion)] if motion else None, own[k],
+        )
+        for k, (record, run) in enumerate(zip(measured, runs, strict=True))
+    )  # fmt: skip
+
+
+def _compared_from(runs: PreparedRuns) -> dict[str, float]:
+    def first(group: Sequence[FitRun]) -> dict[str, float]:
+        return {run.name: float(run.time[0]) for run in group}
+
+    return first(runs.measured) | first(runs.holdout)

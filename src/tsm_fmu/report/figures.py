@@ -55,6 +55,18 @@ def band_figure(bands: Sequence[Band], title: str, x_label: str, y_label: str) -
     return figure
 
 
+def bar_figure(groups: Mapping[str, Mapping[str, float]], title: str) -> go.Figure:
+    """Bars side by side; a plot with an axis of its own for each group, whose name says its unit."""
+    figure = make_subplots(1, max(len(groups), 1), subplot_titles=list(groups))
+    for column, bars in enumerate(groups.values(), 1):
+        colours = [COLOURS[k % len(COLOURS)] for k in range(len(bars))]
+        labels = [f"{value:.3g}" for value in bars.values()]
+        bar = go.Bar(x=list(bars), y=list(bars.values()), text=labels, marker={"color": colours}, showlegend=False)
+        figure.add_trace(bar, row=1, col=column)
+    figure.update_layout(title={"text": title, "font": {"size": 15}}, height=360, template="plotly_white")
+    return figure
+
+
 def time_figure(lines: Sequence[Line], title: str, unit: str) -> go.Figure:
     """Lines over time [s]; ``unit`` is that of the vertical axis."""
     return _figure(lines, title, "time [s]", unit, height=320)

@@ -185,7 +185,7 @@ def probed(base: Fitted, screened: Sequence[Screened], free: Sequence[str]) -> l
 
 def tried(
     base: Hypothesis, screened: Sequence[Screened], holdout: Sequence[FitRun], calm: Fitted | None = None,
-    starts: Mapping[str, Start] | None = None, said: Callable[[str], None] = lambda _: None, most: int = REFITTED,
+    starts: Mapping[str, Start] | None = None, progress: Callable[[str], None] = lambda _: None, most: int = REFITTED,
 ) -> list[Hypothesis]:  # fmt: skip
     """One hypothesis for each of the best candidates on top of another hypothesis.
 
@@ -199,14 +199,14 @@ def tried(
         The same baseline on reference runs: what a candidate gains there is not the missing effect.
     starts : mapping of str to Start, optional
         A second place to start from, by spec.
-    said : callable
-        Told what is being done.
+    progress : callable
+        Given what is being done.
     most : int
         Candidates refitted.
     """
 
     def one(s: Screened) -> Hypothesis | None:
-        said(f"refit with {s.attached.spec}")
+        progress(f"refit with {s.attached.spec}")
         try:
             fitted = extended(base.fitted, s, base.free, (starts or {}).get(s.attached.spec))
             gain = base.reference_gain

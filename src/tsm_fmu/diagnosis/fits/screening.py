@@ -104,7 +104,8 @@ def possible(
 
 
 def screen(
-    fitted: Fitted, candidates: Sequence[Attached], counted: BoolArray, said: Callable[[str], None] = lambda _: None,
+    fitted: Fitted, candidates: Sequence[Attached], counted: BoolArray,
+    progress: Callable[[str], None] = lambda _: None,
 ) -> list[Screened]:  # fmt: skip
     """Rank candidates by one linear step from a fitted baseline.
 
@@ -114,14 +115,14 @@ def screen(
     candidates : sequence of Attached
     counted : ndarray of bool, shape (channels,)
         Channels whose gap counts.
-    said : callable
-        Told what is being done.
+    progress : callable
+        Given what is being done.
     """
     bench = _Bench(fitted, counted)
 
     def one(numbered: tuple[int, Attached]) -> Screened:
         number, candidate = numbered
-        said(f"screen {number}/{len(candidates)}: {candidate.spec}")
+        progress(f"screen {number}/{len(candidates)}: {candidate.spec}")
         return bench.screened(candidate)
 
     return sorted(together(one, list(enumerate(candidates, 1))), key=lambda s: -s.gain)

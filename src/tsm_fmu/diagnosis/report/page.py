@@ -3,38 +3,30 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ... import __version__
-from ...kernels.chain import id_of
 from ...logs.display import display
 from ...report import Section, Table, write_report
-from ..choice.excitation import EXCITATION, words
-from ..choice.next_experiment import Motion
-from ..choice.summary import Candidate
-from ..residual.formula import Hint
-from ..residual.locate import Place
-from ..residual.terms import LEGEND
-from ..runs.thinning import motion_channel
-from ..workflow import Diagnosis
-from .plots import dependence_figures, experiment_figures, run_sections
-from .sentence import (
+from ..answer.sentence import (
     TELLING,
     best_wrong,
-    changed_parameters,
+    changes_text,
     closure_text,
     leading_channel,
     place_text,
+    range_of,
     range_text,
     share_text,
 )
-
-if TYPE_CHECKING:
-    from .write import Gap
+from ..choice.excitation import EXCITATION, words
+from ..evidence import Candidate, Gap, Place
+from ..residual.terms import LEGEND
+from ..result import Diagnosis
+from .plots import dependence_figures, motion_figures, run_sections
 
 MOST_PLACES = 12
 ELSEWHERE = 2.0
@@ -43,54 +35,40 @@ PLAIN = {"N/(m/s2)": "kg", "N.m/(rad/s2)": "kg.m2", "N/(m/s)": "N.s/m", "N.m/(ra
 """Units of effects in the form that people use."""
 
 
-def write_diagnosis_report(
-    path: Path, summary: str, found: Diagnosis, gap: Mapping[str, Gap], hints: Sequence[Hint], motion: Motion | None,
-    provenance: Mapping[str, Any],
-) -> Path:  # fmt: skip
-    """Write the report; see `tsm_fmu.report.write_report`.
-
-    Parameters
-    ----------
-    path : Path
-    summary : str
-        The answer of `answer.answer`.
-    found : Diagnosis
-    gap : mapping of str to Gap
-    hints : sequence of Hint
-    motion : Motion or None
-        The next experiment.
-    provenance : mapping
-        What else produced the numbers: records with their hashes, seed.
-    """
+def write_diagnosis_report(path: Path, found: Diagnosis) -> Path:
+    """Write the report; see `tsm_fmu.report.write_report`."""
     made = [
-        _gaps(gap), _where(found, hints), _candidates(found, gap), _formulas(found, hints), *run_sections(found),
-        _not_excluded(found), _next(found, motion), _parameters(found), _notes(found),
+        _gaps(found), _where(found), _candidates(found), _formulas(found), *run_sections(found), _not_excluded(found),
+        _next(found), _parameters(found), _notes(found),
     ]  # fmt: skip
     model = found.final.model if found.final else ""
-    sources = (
-        {"tsm-fmu": __version__, "verdict": found.verdict} | ({"model": model} if model else {}) | dict(provenance)
-    )
+    sources = {"tsm-fmu": __version__, "verdict": found.verdict} | ({"model": model} if model else {})
+    sources |= {"preset": found.preset or "none", "seed": str(found.seed)}
+    sources |= {record: f"sha256 {sha256}" for record, sha256 in found.records.items()}
     title = f"Diagnosis of {model}" if model else "Diagnosis"
-    return write_report(path, title, summary, [s for s in made if s], sources)
+    return write_report(path, title, found.answer, [s for s in made if s], sources)
 
 
-def _gaps(gap: Mapping[str, Gap]) -> Section | None:
-    if not gap:
+def _gaps(found: Diagnosis) -> Section | None:
+    if not found.gap:
         return None
+    reference = any(g.reference is not None for g in found.gap.values())
     lines = [
         "Root mean square of measured minus simulated; a refit alone has other parameter values only. The floor is "
         "what the runs do not repeat; without repeats, what the best fit leaves and nothing in the motion predicts. "
-        "That may still hold a law: only what changes from sample to sample is surely noise.",
+        + ("It is not less than what the refitted model leaves on reference runs." if reference else
+           "That may still hold a law: only what changes from sample to sample is surely noise."),
         "Gap closed: share of the mean square above the floor that is gone. Where it is a range, the lower end counts "
-        "all but the sure noise as gap.",
-    ]
-    for channel, g in gap.items():
+        "all but the least floor as gap. An effect that removes less than the threshold is not named.",
+    ]  # fmt: skip
+    for channel, g in found.gap.items():
         if g.holdout_after is not None and g.holdout_after > ELSEWHERE * max(g.after, g.floor):
             lines.append(
                 f"Caution: the error of {channel} on the held-out runs is {g.holdout_after / g.after:.2g} times that "
                 "on the measured ones: the fitted model does not fully carry over to their motion."
             )
-    return Section("Gap", "\n\n".join(lines), [_gap_table(channel, g) for channel, g in gap.items()])
+    tables = [_gap_table(channel, g) for channel, g in found.gap.items()]
+    return Section("Gap", "\n\n".join(lines), tables, [found.figure()])
 
 
 def _gap_table(channel: str, g: Gap) -> Table:
@@ -101,13 +79,15 @@ def _gap_table(channel: str, g: Gap) -> Table:
     interval = ""
     if g.closure_interval is not None:
         interval = "{:.0f} to {:.0f} %".format(*(100 * min(x, 1.0) for x in g.closure_interval))
+    least = "surely noise" if g.reference is None else "left on reference runs, or noise"
     errors = {
         "model as given": (g.before, g.holdout_before),
         "refit alone": (g.refitted, g.holdout_refitted),
         "model of the answer": (g.after, g.holdout_after),
         "its exported FMU": (g.fmu, None),
         "floor": (g.floor, g.floor if held else None),
-        "surely noise": (g.floor_least, g.floor_least if held else None),
+        least: (g.floor_least, g.floor_least if held else None),
+        "threshold of an effect": (g.threshold or None, None),
     }
     rows: list[tuple[Any, ...]] = [
         (name, *(None if x is None else _rounded(x * unit.factor) for x in values[: len(runs)]))
@@ -120,7 +100,7 @@ def _gap_table(channel: str, g: Gap) -> Table:
     return Table((f"error of {channel} [{unit.unit}]", *runs), rows)
 
 
-def _where(found: Diagnosis, hints: Sequence[Hint]) -> Section | None:
+def _where(found: Diagnosis) -> Section | None:
     if not found.where:
         return None
     rows = [
@@ -140,22 +120,22 @@ def _where(found: Diagnosis, hints: Sequence[Hint]) -> Section | None:
         "p",
         "significant",
     )
-    whose = "the model as given" if found.verdict in ("none", "parameters") else "the refitted model"
-    told: dict[str, list[str]] = {}
+    whose = "the model as given" if found.located == "given" else "the refitted model"
+    telling: dict[str, list[str]] = {}
     for p in found.where:
         if p.significant and p.explained - p.chance > TELLING:
-            parts = told.setdefault(p.channel, [])
+            parts = telling.setdefault(p.channel, [])
             parts.append(f"{_percent(p.share_of_gap)} {place_text(p)}" if parts else share_text(p))
-    text = " ".join(f"{', '.join(parts[:3])}." for parts in told.values())
+    text = " ".join(f"{', '.join(parts[:3])}." for parts in telling.values())
     text = text or "The disagreement does not depend on any coordinate beyond chance."
     caption = (
         f"Residual of {whose}, most telling first. Explained: share of its variance that is a function of the "
         "coordinate, for each direction of motion; by chance: the same in noise of its colour; p: how often that noise "
         "does as well; significant after Benjamini-Hochberg at 5 %."
     )
-    if found.given is not None and motion_channel(found.given.problem.kernel) == "v":
+    if found.motion == "v":
         caption += " Only the speed is known: positions x count from the start of each run."
-    figures = [f for h in hints for f in dependence_figures(h)]
+    figures = [f for shape in found.shapes for f in dependence_figures(shape)]
     return Section("Where", text, [Table(heading, rows, caption)], figures)
 
 
@@ -164,41 +144,45 @@ def _span(p: Place) -> str:
     return place_text(p) if p.coordinate == "sgn v" else " to ".join(dict.fromkeys(range_text(p)))
 
 
-def _candidates(found: Diagnosis, gap: Mapping[str, Gap]) -> Section | None:
-    if not found.candidates or found.baseline is None:
+def _candidates(found: Diagnosis) -> Section | None:
+    shown = [c for c in found.candidates if c.testable]
+    channel = leading_channel(found)
+    if not shown or channel is None:
         return None
-    channel = leading_channel(found, gap) or found.channels[0]
-    c, base = found.channels.index(channel), found.baseline
-    unit = display(base_unit(found, channel), float(base.rmse[c]))
-    rows: list[tuple[Any, ...]] = [("none (refit alone)", _rounded(base.rmse[c] * unit.factor), "", "", "", "", "")]
+    gap = found.gap[channel]
+    unit = display(gap.unit, gap.refitted)
+    rows: list[tuple[Any, ...]] = [("none (refit alone)", _rounded(gap.refitted * unit.factor), "", "", "", "", "")]
     rows += [
-        (words(r.spec), _rounded(r.fitted.rmse[c] * unit.factor), _closed(r.closure_measured),
-         _closed(r.closure_holdout), round(r.score, 1) + 0.0, r.spec, _values(r))
-        for r in found.candidates
+        (words(c.spec), _rounded(c.channels[channel].measured * unit.factor),
+         _closed(c.channels[channel].closure_measured), _closed(c.channels[channel].closure_holdout),
+         round(c.score, 1) + 0.0, c.spec, _values(c))
+        for c in shown
     ]  # fmt: skip
     error = f"error of {channel} [{unit.unit}]"
     heading = ("effect", error, "closes, measured", "closes, held out", "score", "id", "parameters")
     caption = (
         "Every fit but the refit alone is also free to bend the curve of friction after reversals, to shift a channel "
         "by an offset and to delay it a little. Closes: share of the gap left by the refit alone that is gone, by "
-        "effect and freedom together. Score: what the effect itself removes beyond the freedom [dB of the mean square, "
-        "measured and held-out runs together]; about 0: nothing."
+        "effect and nuisance parameters together; a range as above. Score: what the effect itself removes beyond them "
+        "[dB of the mean square, all channels, measured and held-out runs together]; about 0: nothing."
     )
     text = "Each effect refitted together with the model: those of the answer together, the others alone."
     wrong = best_wrong(found)
-    if wrong is not None and found.final is not None:
-        names = [words(e) for e in found.final.effects if id_of(e) in found.answered]
-        values = [unit(float(f.rmse[c])) for f in (found.final, wrong.fitted)]
-        text += f" Error of {channel} with {' and '.join(names)}: {values[0]}; with the best of the others, "
-        text += f"{words(wrong.spec)}: {values[1]}."
+    if wrong is not None and found.effects:
+        values = [unit(gap.after), unit(wrong.channels[channel].measured)]
+        text += f" Error of {channel} with {' and '.join(words(e) for e in found.effects)}: {values[0]}; with the best "
+        text += f"of the others, {words(wrong.spec)}: {values[1]}."
+    hidden = [words(c.spec) for c in found.candidates if not c.testable]
+    if hidden:
+        text += f" Tried as well, but these runs could not show them: {', '.join(hidden)}."
     return Section("Candidates", text, [Table(heading, rows, caption)])
 
 
-def _formulas(found: Diagnosis, hints: Sequence[Hint]) -> Section | None:
+def _formulas(found: Diagnosis) -> Section | None:
     if found.verdict not in ("unknown", "ambiguous"):
         return None
     lines = []
-    for h in hints:
+    for h in found.shapes:
         f = h.formula
         if f.text:
             lines.append(
@@ -208,7 +192,7 @@ def _formulas(found: Diagnosis, hints: Sequence[Hint]) -> Section | None:
             lines.append(f"{h.channel}: no short formula predicts the residual on parts left out.")
     if not lines:
         return None
-    if any(h.formula.text for h in hints):
+    if any(h.formula.text for h in found.shapes):
         lines.append(f"A description within the range of these runs, not a name: other laws look alike. {LEGEND}.")
     return Section("What the missing part looks like", "\n\n".join(lines))
 
@@ -230,27 +214,27 @@ def _not_excluded(found: Diagnosis) -> Section | None:
     return Section("What could not be excluded", "\n\n".join(parts), tables) if parts or tables else None
 
 
-def _next(found: Diagnosis, motion: Motion | None) -> Section | None:
-    if motion is None or found.final is None:
+def _next(found: Diagnosis) -> Section | None:
+    motion = found.next_motion
+    if motion is None:
         return None
     rivals = " and ".join(words(e) for e in found.equivalent[0]) if found.equivalent else "the rivals"
     text = (
         f"Play {motion.name} (next_experiment.csv, {motion.time[-1]:.0f} s): the predictions of {rivals} then differ "
         f"by {motion.separation:.2g} times the floor."
     )
-    return Section("Next experiment", text, figures=experiment_figures(found.final.problem.kernel, motion))
+    return Section("Next experiment", text, figures=motion_figures(motion))
 
 
 def _parameters(found: Diagnosis) -> Section | None:
     """Values of the model as given, refitted, and of the answer's model."""
-    fits = [f for f in (found.given, found.baseline, found.final) if f is not None]
+    fits = [f for f in (found.given, found.refitted, found.final) if f is not None]
     if len(fits) < 3:
         return None
-    values = [f.values for f in fits]
-    declared = {v.name: v for f in fits for v in f.problem.kernel.parameters}
+    declared = {p.name: p for f in fits for p in f.parameters}
     rows = [
-        (name, *("" if name not in v else _rounded(v[name]) for v in values), v_.quantity.unit, v_.quantity.meaning)
-        for name, v_ in declared.items()
+        (name, *("" if name not in f.values else _rounded(f.values[name]) for f in fits), p.unit, p.meaning)
+        for name, p in declared.items()
     ]
     text = "Of what each run has of its own, the mean over the runs; the card has the value of each run."
     return Section(
@@ -259,13 +243,13 @@ def _parameters(found: Diagnosis) -> Section | None:
 
 
 def _notes(found: Diagnosis) -> Section | None:
-    changes = changed_parameters(found, 6) if found.verdict in ("named", "ambiguous", "parameters") else []
+    changes = changes_text(found.changes, 6) if found.verdict in ("named", "ambiguous", "parameters") else []
     parts = [f"The refit moved {', '.join(changes)}."] if changes else []
-    freedom = _freedom(found)
-    if freedom:
+    if found.also_in_model:
+        names = [f"{words(e)} ({e})" for e in found.also_in_model]
         parts.append(
-            f"The model of the answer, its card and its FMU also hold {' and '.join(freedom)}: freedom of every fit, "
-            "of too little effect to be named."
+            f"The model of the answer, its card and its FMU also hold {' and '.join(names)}: nuisance parameters of "
+            "every fit, of too little effect to be named."
         )
     parts += [f"{n[0].upper()}{n[1:].rstrip('.')}." for n in (*found.notes, *found.gate.refused)]
     runs: dict[str, list[str]] = {}
@@ -277,28 +261,9 @@ def _notes(found: Diagnosis) -> Section | None:
     return Section("Notes", "\n\n".join(parts), tables) if parts or tables else None
 
 
-def _freedom(found: Diagnosis) -> list[str]:
-    """Effects of the final model that are neither of the model as given nor of the answer, with their ids."""
-    if found.final is None or found.given is None:
-        return []
-    return [
-        f"{words(e)} ({e})"
-        for e in found.final.effects
-        if e not in found.given.effects and id_of(e) not in found.answered
-    ]
-
-
-def base_unit(found: Diagnosis, channel: str) -> str:
-    """SI unit of a channel."""
-    assert found.baseline is not None
-    return next(v.quantity.unit for v in found.baseline.problem.kernel.outputs if v.name == channel)
-
-
-def _values(r: Candidate) -> str:
+def _values(c: Candidate) -> str:
     """Parameters of a candidate with their units."""
-    units = {v.name: v.quantity.unit for v in r.fitted.problem.kernel.parameters}
-    own = {n: next((u for name, u in units.items() if name.endswith(f"{r.effect}.{n}")), "1") for n in r.parameters}
-    return ", ".join(f"{n} = {value_text(value, own[n])}" for n, value in r.parameters.items())
+    return ", ".join(f"{n} = {value_text(value, c.units[n])}" for n, value in c.parameters.items())
 
 
 def value_text(value: float, unit: str) -> str:
@@ -311,9 +276,11 @@ def _rounded(value: float) -> float:
     return float(f"{value:.3g}") if np.isfinite(value) else value
 
 
-def _closed(share: float | None) -> str:
+def _closed(closures: tuple[float, float] | None) -> str:
     """Share of a gap that is closed; on held-out runs a fit can also be worse than the one without it."""
-    return "worse" if share is not None and share < -0.005 else _percent(share if share is None else min(share, 1.0))
+    if closures is None:
+        return ""
+    return "worse" if closures[1] < -0.005 else range_of(closures)
 
 
 def _percent(share: float | None) -> str:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...regression.problem import FloatArray
 from ...regression.uncertainty import autocorrelation_time
+from ..evidence import Dependence
 from ..runs.motion_signals import Coordinates
 from .locate import axes_of, bins
 
@@ -19,30 +19,6 @@ BINS = 14
 RESAMPLES = 400
 LEVEL = 0.9
 """Of the intervals of a dependence."""
-
-
-@dataclass(frozen=True)
-class Dependence:
-    """Mean of a residual over one coordinate, in one direction of motion.
-
-    Attributes
-    ----------
-    coordinate, unit : str
-    direction : str
-        ``forth``, ``back`` or, for both, empty.
-    at : ndarray, shape (bins,)
-        Mean of the coordinate in each bin.
-    mean, low, high : ndarray, shape (bins,)
-        Of the residual, with a 90 % interval from a bootstrap over blocks of several autocorrelation times.
-    """
-
-    coordinate: str
-    unit: str
-    direction: str
-    at: FloatArray
-    mean: FloatArray
-    low: FloatArray
-    high: FloatArray
 
 
 def dependence(

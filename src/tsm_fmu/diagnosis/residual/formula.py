@@ -7,25 +7,18 @@ have the same formula, and it holds within the range of these runs only.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...kernels.kernel import kernel
 from ...logs.display import Display, display
 from ...regression.problem import FloatArray
-from ..fits.response import places_of
-from ..runs.motion_signals import Coordinates, coordinate_units
-from .dependence import Dependence, dependence
-from .locate import Place
+from ..evidence import Formula, Place, ResidualShape
+from ..runs.motion_signals import Coordinates
+from .dependence import dependence
 from .sparse import MOST_TERMS, Sums, chosen, fitted, folds, predicted_shares, share_of, smallest, sums
 from .surrogates import surrogates, tail
 from .terms import terms_of
-
-if TYPE_CHECKING:
-    from ..workflow import Diagnosis
 
 IntArray = NDArray[np.int_]
 LEADING = 2
@@ -39,59 +32,10 @@ ALARMS = 0.02
 forgets within a twentieth of a run, 9 % where it forgets only within a fifth."""
 
 
-@dataclass(frozen=True)
-class Formula:
-    """A short sum of functions that predicts a residual.
-
-    Attributes
-    ----------
-    terms : tuple of (str, float, str)
-        Function, coefficient and its SI unit.
-    text : str
-        As people read it; empty if nothing predicts the residual.
-    share : float
-        Share of the residual's mean square that a formula of this size predicts on parts that did not choose it.
-    p : float
-        Probability of as much in noise of the residual's colour.
-    optimiser : str
-    """
-
-    terms: tuple[tuple[str, float, str], ...]
-    text: str
-    share: float
-    p: float
-    optimiser: str = "orthogonal least squares"
-
-
-NOTHING = Formula((), "", 0.0, 1.0)
-
-
-@dataclass(frozen=True)
-class Hint:
-    """What is known of the residual of one channel."""
-
-    channel: str
-    unit: str
-    dependences: tuple[Dependence, ...]
-    formula: Formula
-
-
-def hints_of(found: Diagnosis, seed: int = 0) -> list[Hint]:
-    """`hints` for the residual that a diagnosis has located; formulae only where something is missing."""
-    fitted = found.given if found.verdict in ("none", "parameters") else found.baseline
-    if fitted is None or not found.where:
-        return []
-    units = {v.name: v.quantity.unit for v in fitted.problem.kernel.outputs}
-    return hints(
-        fitted.residuals, places_of(fitted), found.channels, [units[c] for c in found.channels], found.where,
-        *coordinate_units(kernel(fitted.model)), seed, found.verdict in ("named", "ambiguous", "unknown"),
-    )  # fmt: skip
-
-
-def hints(
+def shapes(
     residuals: Sequence[FloatArray], places: Sequence[Coordinates], channels: Sequence[str], units: Sequence[str],
     where: Sequence[Place], motion_unit: str, load_unit: str, seed: int = 0, formulas: bool = True,
-) -> list[Hint]:  # fmt: skip
+) -> list[ResidualShape]:  # fmt: skip
     """Dependences and formula of each channel.
 
     Parameters
@@ -114,8 +58,8 @@ def hints(
         own = [p for p in where if p.channel == channel and p.unit != "Hz"]
         leading = [p.coordinate for p in own if p.significant][:LEADING]
         shown = [d for name in leading for d in dependence(parts, places, name, motion_unit, load_unit, seed)]
-        law = formula(parts, places, unit, motion_unit, load_unit, seed) if formulas else NOTHING
-        found.append(Hint(channel, unit, tuple(shown), law))
+        law = formula(parts, places, unit, motion_unit, load_unit, seed) if formulas else Formula()
+        found.append(ResidualShape(channel, unit, tuple(shown), law))
     return found
 
 
@@ -150,13 +94,13 @@ def formula(
     shares = predicted_shares(data)
     share = float(shares.max())
     if share < WORTH:
-        return Formula((), "", max(share, 0.0), 1.0)
+        return Formula(share=max(share, 0.0))
     rng = np.random.default_rng(seed)
     noise = np.concatenate([surrogates(p, NULLS, rng) for p in parts])
     by_chance = [_of_noise(data, matrix, noise[:, k], fold) for k in range(NULLS)]
     p = tail(share, np.array(by_chance))
     if p > ALARMS:
-        return Formula((), "", share, p)
+        return Formula(share=share, p=p)
     count = smallest(shares)
     terms, optimiser = chosen(*data.whole, most=count)[-1], Formula.optimiser
     share = float(shares[count - 1])

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from ...regression.problem import FloatArray
+from ..evidence import Place
 from ..runs.motion_signals import Coordinates
 from .frequency import frequencies
 from .surrogates import chance, surrogates
@@ -19,43 +20,6 @@ SURROGATES = 199
 LEVEL = 0.05
 """False discovery rate over coordinates and channels (Benjamini and Hochberg 1995)."""
 ROWS = 4000
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where a channel's disagreement concentrates along one coordinate.
-
-    Attributes
-    ----------
-    channel, coordinate, unit : str
-        ``coordinate`` is one of x, v, a, sgn v, distance since reversal, dwell, time, load, drum angle, or in Hz:
-        ``odd harmonics``, ``even harmonics`` and ``harmonic k`` of a periodic motion, ``frequency`` of any other.
-    range : tuple of (float, float)
-        Part of the coordinate in which most of the disagreement lies; of harmonics the lowest and highest counted.
-    share_of_gap : float
-        Share of the residual's mean square in that range.
-    share_of_samples : float
-        What chance alone would give: the share of the samples, of a frequency that of the residual's background.
-    explained : float
-        Share of the residual's variance that is a function of the coordinate, one for each direction of motion.
-    chance : float
-        The same in noise of the residual's colour.
-    p : float
-        Probability of such a function, beyond what the direction alone gives, in that noise.
-    significant : bool
-        After Benjamini-Hochberg over all coordinates and channels.
-    """
-
-    channel: str
-    coordinate: str
-    unit: str
-    range: tuple[float, float]
-    share_of_gap: float
-    share_of_samples: float
-    explained: float
-    chance: float
-    p: float
-    significant: bool
 
 
 def locate(
@@ -88,17 +52,20 @@ def locate(
         parts = [r[:, c] for r in short]
         drawn = [surrogates(p, SURROGATES, rng) for p in parts]
         residual, noise = np.concatenate(parts), np.concatenate(drawn)
+        deviation = float(residual.std())
         for name, unit, values, number in axes:
             span, share, samples = _densest(residual, values, number)
             both = number if name == "sgn v" else 2 * number + direction
             explained, by_chance, _ = chance(residual[:, None], noise, _Explained(both))
             alone = None if name == "sgn v" else direction
             p = chance(residual[:, None], noise, _Explained(both, alone))[2]
-            found.append(Place(channel, name, unit, span, share, samples, explained, by_chance, p, False))
+            part = deviation * max(explained - by_chance, 0.0) ** 0.5
+            found.append(Place(channel, name, unit, span, share, samples, explained, by_chance, p, False, part))
         found += [
-            Place(channel, f.name, "Hz", f.range, f.share, f.background, f.explained, f.chance, f.p, False)
+            Place(channel, f.name, "Hz", f.range, f.share, f.background, f.explained, f.chance, f.p, False,
+                  deviation * max(f.explained - f.chance, 0.0) ** 0.5)
             for f in frequencies(parts, drawn, thin)
-        ]
+        ]  # fmt: skip
     kept = benjamini_hochberg([f.p for f in found])
     marked = [replace(f, significant=k) for f, k in zip(found, kept, strict=True)]
     return sorted(marked, key=lambda f: (not f.significant, f.chance - f.explained))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...checking import check_record
 from ...kernels.kernel import Kernel
 from ...logs.record import Record
+from ..evidence import Gate
 from .thinning import motion_channel
 
 FEWEST = 200
@@ -18,23 +18,6 @@ CLIPPED = 0.02
 """A channel that stands at its limit for more than this part of a run is not a measurement of the drive."""
 OFTEN = 8.0
 """Share of the samples at a limit over that at a level on average, beyond which it is a limit and not a level."""
-
-
-@dataclass(frozen=True)
-class Gate:
-    """What the gate says of the measured runs.
-
-    Attributes
-    ----------
-    notes : tuple of str
-        Findings of the data check, one sentence each with the run's name. What a run alone does not cover is a finding
-        where it is the only one; what several do not show together is said by `visibility`.
-    refused : tuple of str
-        Why no answer can come from these runs; empty if one can.
-    """
-
-    notes: tuple[str, ...]
-    refused: tuple[str, ...]
 
 
 def gate(records: Sequence[Record], model: Kernel, channels: Sequence[str]) -> Gate:

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 from scipy.signal import chirp, sawtooth
 
 from ...effects.coordinates import ANGLE
-from ...kernels.kernel import Kernel, kernel
-from ...logs.record import write_record
+from ...kernels.kernel import kernel
 from ...models.contract import InputError
 from ...regression.problem import FloatArray
+from ..evidence import NextMotion
 from ..fits.refit import Fitted
 from ..fits.response import places_of
 from ..runs.thinning import motion_channel
@@ -25,27 +23,7 @@ ROUNDED = 0.1
 """Time over which a corner of the motion is rounded [s]."""
 
 
-@dataclass(frozen=True)
-class Motion:
-    """A motion to play, within the range and speed that the rig has shown.
-
-    Attributes
-    ----------
-    name : str
-        What to do, in words.
-    time : ndarray
-    inputs : ndarray, shape (n, number of inputs)
-    separation : float
-        Largest difference that the least separated pair of rivals predicts, RMS over the floor.
-    """
-
-    name: str
-    time: FloatArray
-    inputs: FloatArray
-    separation: float
-
-
-def next_experiment(rivals: Sequence[Fitted], floor: FloatArray) -> Motion | None:
+def next_motion(rivals: Sequence[Fitted], floor: FloatArray) -> NextMotion | None:
     """The motion of the menu whose least separated pair of rivals differs most; None with fewer than two rivals.
 
     Parameters
@@ -56,7 +34,8 @@ def next_experiment(rivals: Sequence[Fitted], floor: FloatArray) -> Motion | Non
     """
     if len(rivals) < 2:
         return None
-    best: Motion | None = None
+    best: NextMotion | None = None
+    variables = rivals[0].problem.kernel.inputs
     for name, time, inputs in menu(rivals[0]):
         try:
             predicted = [_outputs(r, time, inputs) for r in rivals]
@@ -67,7 +46,8 @@ def next_experiment(rivals: Sequence[Fitted], floor: FloatArray) -> Motion | Non
             for a, b in combinations(predicted, 2)
         ]
         if best is None or min(differences) > best.separation:
-            best = Motion(name, time, inputs, min(differences))
+            columns = {v.name: inputs[:, j] for j, v in enumerate(variables)}
+            best = NextMotion(name, time, columns, {v.name: v.quantity.unit for v in variables}, min(differences))
     return best
 
 
@@ -119,12 +99,6 @@ def playable(position: FloatArray, t: FloatArray, fastest: float) -> FloatArray:
     width = max(1, round(ROUNDED / dt))
     padded = np.pad(followed, (width // 2, width - 1 - width // 2), mode="edge")
     return np.convolve(padded, np.full(width, 1.0 / width), "valid")
-
-
-def write_experiment(path: Path, motion: Motion, model: Kernel) -> Path:
-    """The motion as a CSV to play, columns named as the model's inputs."""
-    columns = {v.name: motion.inputs[:, j] for j, v in enumerate(model.inputs)}
-    return write_record(path, motion.time, columns, {v.name: v.quantity.unit for v in model.inputs})
 
 
 def _outputs(fitted: Fitted, time: FloatArray, inputs: FloatArray) -> FloatArray:

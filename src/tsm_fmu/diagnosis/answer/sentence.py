@@ -2,85 +2,100 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from ...logs.display import Display, display
 from ...models.contract import with_unit
 from ..choice.excitation import words
-from ..choice.summary import Candidate
-from ..fits.refit import Fitted
-from ..residual.formula import Hint
-from ..residual.locate import Place
-from ..workflow import Diagnosis
-
-if TYPE_CHECKING:
-    from .write import Gap
+from ..evidence import Candidate, Gap, ParameterChange, Place
+from ..result import Diagnosis
 
 TELLING = 0.1
 """Share of the residual that a coordinate must explain to be worth a sentence."""
-CHANGED = 0.02
-"""A parameter that a refit moved by less than this part of itself is not worth a word."""
-WEIGHTY = 0.1
-"""Nor is one whose move does less than this part of what another's does."""
+APART_ALONE = 0.02
+"""A refit that differs by less than this part of its error from the model as given is not worth a word."""
 ABOVE = 1.3
 """Error over the floor from which on it is said that it is above."""
 SURE = 0.8
 """A floor whose lower bound is above this part of it is one number."""
 APART = 0.01
 """Ends of a range that differ by less than this part of the larger are one value."""
+OVER = {"x": "position", "v": "speed", "a": "acceleration", "sgn v": "the direction of motion", "dwell": "rests"}
+"""Coordinates in words."""
 ORDINAL = ("", "first", "second", "third", "fourth")
 
 
-def answer(found: Diagnosis, gap: Mapping[str, Gap], hints: Sequence[Hint] = ()) -> str:
-    """The answer in one or two sentences.
-
-    Parameters
-    ----------
-    found : Diagnosis
-    gap : mapping of str to Gap
-        Of each channel; empty where nothing could be compared.
-    hints : sequence of Hint
-        For the formula where nothing is named.
-    """
-    channel = leading_channel(found, gap)
+def answer(found: Diagnosis) -> str:
+    """The answer in a few sentences: where the residual is, what explains it, the error before and after."""
+    channel = leading_channel(found)
     if channel is None:
         return f"No answer from these runs: {'; '.join(found.gate.refused) or 'no effect for the gap shows in them'}."
-    numbers = errors_text(channel, gap[channel])
+    gap = found.gap[channel]
+    numbers = errors_text(channel, gap)
+    if found.verdict == "parameters":
+        changes = ", ".join(changes_text(found.changes))
+        how = f" ({changes})" if changes else ""
+        said = f"No effect named: other parameter values close the gap{how}. {_sentence(numbers)}"
+    elif found.verdict == "none":
+        said = f"No effect named. {_sentence(_remains(found, channel))} {_sentence(numbers)}"
+    elif found.verdict == "not_excited":
+        reasons = "; ".join(found.gate.refused) or "no effect that could explain it shows in them"
+        said = f"No answer from these runs: {reasons}. {_sentence(numbers)}"
+    else:
+        said = _with_gap(found, channel, numbers)
+    return said + _nuisances_text(found)
+
+
+def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
+    """The sentence where something is missing."""
     place = leading_place(found, channel)
     where = f"{share_text(place)}; " if place else ""
     of = "it" if place else f"the disagreement of {channel}"
+    closes = closure_text(found.gap[channel])
     if found.verdict == "named":
         names, many = " and ".join(words(e) for e in found.effects), len(found.effects) > 1
-        closes = closure_text(gap[channel])
         share = f"{names} explain{'' if many else 's'} {closes} of {of}" if closes else f"missing: {names}"
         return _sentence(f"{where}{share}; {numbers}")
     if found.verdict == "ambiguous":
         names = either([words(e) for e in found.equivalent[0]])
-        best = next((c.closure_measured for c in found.candidates if c.effect in found.equivalent[0]), None)
-        share = f"explains {_percent(best)} of {of}" if best else "is missing"
+        share = f"explains {closes} of {of}" if closes else "is missing"
         return _sentence(f"{where}{names} {share}, these runs cannot tell which: play the next experiment; {numbers}")
-    if found.verdict == "parameters":
-        changes = ", ".join(changed_parameters(found))
-        how = f" ({changes})" if changes else ""
-        return f"Nothing is missing: other parameter values close the gap{how}. {_sentence(numbers)}"
-    if found.verdict == "none":
-        g = gap[channel]
-        form = (g.after if g.holdout_after is None else g.holdout_after) > ABOVE * g.floor
-        what = "the gap is within the form of any friction model" if form else "no gap above the floor"
-        return f"Nothing is missing: {what}. {_sentence(numbers)}"
-    if found.verdict == "not_excited":
-        reasons = "; ".join(found.gate.refused) or "no effect that could explain it shows in them"
-        return f"No answer from these runs: {reasons}. {_sentence(numbers)}"
-    tried = next((c for c in found.candidates if c.closure_measured is not None), None)
-    nearest = f" (the best, {words(tried.spec)}, {_percent(tried.closure_measured)})" if tried else ""
+    tried = [(c, x) for c in found.candidates if (x := c.channels[channel].closure_measured) is not None]
+    nearest = f" (the best, {words(tried[0][0].spec)}, {range_of(tried[0][1])})" if tried else ""
     text = _sentence(f"{where}no effect of the library explains {of} well enough{nearest}; {numbers}")
-    formula = next((h.formula for h in hints if h.channel == channel and h.formula.text), None)
+    formula = next((s.formula for s in found.shapes if s.channel == channel and s.formula.text), None)
     if formula is None:
         return text
     return f"{text} What predicts {_percent(formula.share)} of it, not a name: {channel} lacks {formula.text}."
+
+
+def _remains(found: Diagnosis, channel: str) -> str:
+    """What is left where no effect is named, and how much of an effect these runs would have shown."""
+    gap = found.gap[channel]
+    place = max((p for p in found.where if _telling(p, channel)), key=lambda p: p.rms, default=None)
+    untested = len(found.not_excited)
+    rest = f"; {untested} effects are not testable here" if untested else ""
+    if place is None:
+        error = gap.after if gap.holdout_after is None else gap.holdout_after
+        above = (
+            "what is left depends on nothing in the motion" if error > ABOVE * gap.floor else "no gap above the floor"
+        )
+        return above + rest
+    shown = display(gap.unit, place.rms)
+    over = OVER.get(place.coordinate, place.coordinate)
+    below = f"below the threshold of {shown(gap.threshold, 2)}"
+    limit = below if place.rms < gap.threshold else "of which no effect explains enough"
+    return f"a repeatable residual of {shown(place.rms, 2)} (RMS) over {over} remains, {limit}{rest}"
+
+
+def _nuisances_text(found: Diagnosis) -> str:
+    """What the answer's model holds beside the named effects."""
+    names = [words(e) for e in found.also_in_model]
+    if not names:
+        return ""
+    return f" The model of the answer also holds {' and '.join(names)}: nuisance parameters, too small to be named."
 
 
 def either(names: Sequence[str]) -> str:
@@ -89,20 +104,25 @@ def either(names: Sequence[str]) -> str:
     return f"{', '.join(first)} or {last}" if first else last
 
 
-def leading_channel(found: Diagnosis, gap: Mapping[str, Gap]) -> str | None:
+def leading_channel(found: Diagnosis) -> str | None:
     """The channel that the answer is about: what was closed most in floors, else what is furthest above its floor."""
 
     def weight(g: Gap) -> float:
         removed = max(g.refitted**2 - g.after**2, 0.0) if found.effects or found.equivalent else 0.0
         return (removed or 1e-9 * g.refitted**2) / max(g.floor, 1e-300) ** 2
 
-    return max(gap, key=lambda c: weight(gap[c]), default=None)
+    return max(found.gap, key=lambda c: weight(found.gap[c]), default=None)
 
 
 def leading_place(found: Diagnosis, channel: str) -> Place | None:
     """The significant place of a channel that holds most of the disagreement beyond chance; a band if no other."""
-    told = [p for p in found.where if p.channel == channel and p.significant and p.explained - p.chance > TELLING]
-    return max(told, key=lambda p: (p.coordinate != "frequency", p.share_of_gap - p.share_of_samples), default=None)
+    telling = [p for p in found.where if _telling(p, channel, bands=True)]
+    return max(telling, key=lambda p: (p.coordinate != "frequency", p.share_of_gap - p.share_of_samples), default=None)
+
+
+def _telling(p: Place, channel: str, *, bands: bool = False) -> bool:
+    known = p.channel == channel and p.significant and p.explained - p.chance > TELLING
+    return known and (bands or p.unit != "Hz")
 
 
 def errors_text(channel: str, g: Gap) -> str:
@@ -113,7 +133,7 @@ def errors_text(channel: str, g: Gap) -> str:
     before, after, refitted = before or 0.0, after or 0.0, refitted or 0.0
     unit = display(g.unit, max(before, g.floor))
     one, two, alone = (unit(x).removesuffix(f" {unit.unit}") for x in (before, after, refitted))
-    apart = abs(refitted - before) > CHANGED * refitted < abs(refitted - after)
+    apart = abs(refitted - before) > APART_ALONE * refitted < abs(refitted - after)
     alone = f" ({alone} by a refit alone)" if apart else ""
     way = one if one == two else f"{one} -> {two}"
     floor = unit(g.floor)
@@ -126,8 +146,13 @@ def closure_text(g: Gap) -> str:
     """Share of the gap that the effects close: a range where the floor is one; empty if nothing is closed."""
     if g.closure is None or g.closure <= 0.0:
         return ""
-    least, most = _percent(max(g.closure_least or 0.0, 0.0)), _percent(g.closure)
-    if least == most or g.closure_least is None:
+    return range_of((g.closure if g.closure_least is None else g.closure_least, g.closure))
+
+
+def range_of(closures: tuple[float, float]) -> str:
+    """Share of a gap that is closed, counted above the least and above the full floor."""
+    least, most = _percent(max(closures[0], 0.0)), _percent(closures[1])
+    if least == most:
         return most
     return f"{least if most == 'all' else least.removesuffix(' %')} to {most}"
 
@@ -178,44 +203,15 @@ def range_text(p: Place) -> tuple[str, str]:
     return low, high
 
 
-def changed_parameters(found: Diagnosis, most: int = 3) -> list[str]:
-    """Parameters that the answer's fit moved, with their values: first whose move does most to the channels."""
-    given, final = found.given, found.final
-    if given is None or final is None:
-        return []
-    before, after = given.values, final.values
-    names = [v for v in final.problem.kernel.parameters if v.field in final.problem.shared and v.name in before]
-    moved = [
-        v for v in names
-        if abs(after[v.name] - before[v.name]) > CHANGED * max(abs(before[v.name]), abs(after[v.name]))
-    ]  # fmt: skip
-    does = {v.name: _undone(final, v.field, before[v.name]) for v in moved}
-    least = WEIGHTY * max((d for d in does.values() if np.isfinite(d)), default=0.0)
-    told = sorted((v for v in moved if does[v.name] >= least), key=lambda v: -does[v.name])
-    return [
-        f"{v.name} {before[v.name]:.3g} -> {with_unit(f'{after[v.name]:.3g}', v.quantity.unit)}"
-        for v in told[:most]
-    ]  # fmt: skip
-
-
-def _undone(final: Fitted, field: str, value: float) -> float:
-    """Largest change of a channel if one parameter alone had its old value; infinite where the others forbid it."""
-    return float(np.nan_to_num(final.change_with({field: value}), nan=np.inf).max())
+def changes_text(changes: Sequence[ParameterChange], most: int = 3) -> list[str]:
+    """Parameters that the answer's fit moved, with their values: the first of them."""
+    return [f"{c.name} {c.before:.3g} -> {with_unit(f'{c.after:.3g}', c.unit)}" for c in changes[:most]]
 
 
 def best_wrong(found: Diagnosis) -> Candidate | None:
     """The best candidate that the answer does not hold: how good a wrong name would look."""
-    others = [c for c in found.candidates if c.effect not in found.answered]
-    return min(others, key=_error, default=None) if found.answered else None
-
-
-def _error(c: Candidate) -> float:
-    return error_of(c.fitted)
-
-
-def error_of(fitted: Fitted) -> float:
-    """RMSE over the spread of the channel, summed in squares over the channels."""
-    return float(np.sum((fitted.rmse / np.maximum(fitted.spread, 1e-300)) ** 2))
+    others = [c for c in found.candidates if c.effect not in found.answered and c.testable]
+    return min(others, key=lambda c: c.misfit, default=None) if found.answered else None
 
 
 def _percent(share: float | None) -> str:

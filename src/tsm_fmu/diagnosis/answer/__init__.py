@@ -1,0 +1,1 @@
+"""From the supported hypotheses to the answer: verdict, gaps, candidates, sentence, card."""

@@ -1,0 +1,109 @@
+"""Candidates as a user sees them: one row for each effect that was refitted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...regression.problem import FitRun
+from ..choice.floors import Floors
+from ..choice.hypotheses import Hypothesis
+from ..choice.supported import Choice, left
+from ..evidence import Candidate, ChannelError, Gap
+from ..fits.refit import Fitted
+from .gaps import closure
+
+DECIBEL = 10.0 / np.log(10.0)
+
+Row = tuple[str, Hypothesis]
+"""An effect, as ``id`` or ``id@channel``, and a hypothesis that holds it."""
+
+
+def rows_of(hypotheses: Sequence[Hypothesis], choice: Choice, floors: Floors) -> list[Row]:
+    """Effects of the answer in the answer's fit, then each other effect alone; best first.
+
+    Parameters
+    ----------
+    hypotheses : sequence of Hypothesis
+        The first has no effect but the nuisance parameters.
+    choice : Choice
+    floors : Floors
+        Where something is unexplained there is no answer.
+    """
+    start, found = hypotheses[0], {}
+    rows = [] if floors.unexplained.any() else [(spec, choice.winner) for spec in choice.winner.effects]
+    rows += [(spec, start) for spec in start.material]
+    rows += [(h.added[0], h) for h in sorted(hypotheses, key=left) if len(h.added) == 1]
+    for spec, one in rows:
+        found.setdefault(spec, one)
+    return list(found.items())
+
+
+def candidates_of(
+    rows: Sequence[Row], answered: Sequence[str], gap: Mapping[str, Gap], refitted: Hypothesis,
+    with_nuisances: Hypothesis, runs: Sequence[FitRun], hidden: Sequence[str], *, unknown: bool,
+) -> tuple[Candidate, ...]:  # fmt: skip
+    """Candidates, best first.
+
+    Parameters
+    ----------
+    rows : sequence of (str, Hypothesis)
+        Of `rows_of`.
+    answered : sequence of str
+        Effects of the answer, whose numbers are those of its model.
+    gap : mapping of str to Gap
+    refitted, with_nuisances : Hypothesis
+        The model without effects; from it closures are counted, from the second the score.
+    runs : sequence of FitRun
+        All samples of the measured runs.
+    hidden : sequence of str
+        Ids that these runs could not show.
+    unknown : bool
+        Whether something is left that no effect explains: then only sure noise is floor.
+    """
+    floor = np.array([g.floor_least if unknown else g.floor for g in gap.values()])
+    least = np.array([g.floor_least for g in gap.values()])
+    found = []
+    for spec, one in rows:
+        compared = refitted if spec in one.material else with_nuisances
+        of_answer = spec in answered
+        measured = np.array([g.after for g in gap.values()]) if of_answer else one.fitted.at(runs).rmse
+        shared = 0.0 if of_answer else one.reference_gain  # what it closes on reference runs too is not the gap
+        squares = [(np.array([g.refitted for g in gap.values()]) ** 2, measured**2 + shared)]
+        if of_answer and all(g.holdout_after is not None for g in gap.values()):
+            pairs = [(g.holdout_refitted or 0.0, g.holdout_after or 0.0) for g in gap.values()]
+            squares.append((np.array([b for b, _ in pairs]) ** 2, np.array([a for _, a in pairs]) ** 2))
+        elif one.held is not None and refitted.held is not None:
+            squares.append((refitted.held, one.held))
+        closures = [closure(before, after, floor) for before, after in squares]
+        channels = {}
+        for c, channel in enumerate(gap):
+            parts = [_range(before[c], after[c], least[c], floor[c]) for before, after in squares]
+            channels[channel] = ChannelError(float(measured[c]), *parts)
+        values = one.parameters(spec)
+        found.append(
+            Candidate(
+                spec, DECIBEL * (left(compared) - left(one)), closures[0], closures[1] if closures[1:] else None,
+                values, _units(one.fitted, spec, values), channels, _misfit(measured, one.fitted),
+                spec.partition("@")[0] not in hidden,
+            )
+        )  # fmt: skip
+    return tuple(sorted(found, key=lambda c: -c.score))
+
+
+def _range(before: float, after: float, least: float, floor: float) -> tuple[float, float] | None:
+    """Closure of one channel above the least and above the full floor."""
+    low, high = (closure(np.array([before]), np.array([after]), np.array([f])) for f in (least, floor))
+    return None if low is None or high is None else (low, high)
+
+
+def _units(fitted: Fitted, spec: str, values: Mapping[str, float]) -> dict[str, str]:
+    name, _, channel = spec.partition("@")
+    prefix = f"{channel}.{name}." if channel else f"{name}."
+    units = {v.name: v.quantity.unit for v in fitted.problem.kernel.parameters}
+    return {n: units[prefix + n] for n in values}
+
+
+def _misfit(rmse: np.ndarray, fitted: Fitted) -> float:
+    return float(np.sum((rmse / np.maximum(fitted.spread, 1e-300)) ** 2))

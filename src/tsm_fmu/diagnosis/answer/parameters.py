@@ -1,0 +1,79 @@
+"""Parameters of the answer: their values at each stage, what moved, what stands at a bound, and the card."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...card import CardParameter, ModelCard, Provenance, RecordUsed, utc_now
+from ..evidence import ModelFit, ParameterChange, ParameterValue
+from ..fits.refit import Fitted
+
+CHANGED = 0.02
+"""A parameter that a refit moved by less than this part of itself is not worth a word."""
+WEIGHTY = 0.1
+"""Nor is one whose move does less than this part of what another's does."""
+
+
+def model_fit(fitted: Fitted) -> ModelFit:
+    """A fit as plain data."""
+    declared = {v.name: v.quantity for v in fitted.problem.kernel.parameters}
+    values = (ParameterValue(n, x, declared[n].unit, declared[n].meaning) for n, x in fitted.values.items())
+    return ModelFit(fitted.model, tuple(fitted.effects), tuple(values))
+
+
+def changes_of(given: Fitted, final: Fitted) -> tuple[ParameterChange, ...]:
+    """Parameters that a fit moved away from their given values: first whose move does most to the channels."""
+    before, after = given.values, final.values
+    names = [v for v in final.problem.kernel.parameters if v.field in final.problem.shared and v.name in before]
+    moved = [
+        v for v in names
+        if abs(after[v.name] - before[v.name]) > CHANGED * max(abs(before[v.name]), abs(after[v.name]))
+    ]  # fmt: skip
+    found = [
+        ParameterChange(v.name, v.quantity.unit, before[v.name], after[v.name], _undone(final, v.field, before[v.name]))
+        for v in moved
+    ]
+    least = WEIGHTY * max((c.effect for c in found if np.isfinite(c.effect)), default=0.0)
+    return tuple(sorted((c for c in found if c.effect >= least), key=lambda c: -c.effect))
+
+
+def _undone(final: Fitted, field: str, value: float) -> float:
+    """Largest change of a channel if one parameter alone had its old value; infinite where the others forbid it."""
+    return float(np.nan_to_num(final.change_with({field: value}), nan=np.inf).max())
+
+
+def bound_notes(refitted: Fitted, final: Fitted) -> tuple[str, ...]:
+    """Free parameters that the refit, or only the answer's fit, has at a bound, one sentence each."""
+    before, after = _at_bounds(refitted), _at_bounds(final)
+    notes = [f"the refit stopped at a bound of {name} ({value:g})" for name, value in before.items()]
+    notes += [f"the answer's fit stopped at a bound of {n} ({x:g})" for n, x in after.items() if n not in before]
+    return tuple(notes)
+
+
+def _at_bounds(fitted: Fitted) -> dict[str, float]:
+    found, problem = {}, fitted.problem
+    for name in problem.shared:
+        p, value = problem.parameters[name], float(fitted.table[0, problem.fields.index(name)])
+        width = p.max - p.min
+        near = 1e-4 * width if np.isfinite(width) else 1e-6 * max(1.0, abs(value))
+        if value - p.min < near or p.max - value < near:
+            found[problem.declared[name].name] = value
+    return found
+
+
+def own_values(fitted: Fitted) -> list[dict[str, float]]:
+    """By public name, the parameters of which each run has a value of its own."""
+    columns = {fitted.problem.declared[f].name: fitted.problem.fields.index(f) for f in fitted.problem.own}
+    return [{name: float(row[j]) for name, j in columns.items()} for row in fitted.table]
+
+
+def card_of(final: Fitted, records: tuple[RecordUsed, ...], preset: str, seed: int) -> ModelCard:
+    """The model of the answer as a card; standard errors are left to an identification."""
+    problem, values, parameters = final.problem, final.values, {}
+    for variable in problem.kernel.parameters:
+        p = problem.parameters[variable.field]
+        value = min(max(values[variable.name], p.min), p.max)
+        parameters[variable.name] = CardParameter(value, variable.quantity.unit, None, p.min, p.max, not p.vary)
+    per_run = dict(zip((run.name for run in problem.runs), own_values(final), strict=True)) if problem.own else {}
+    provenance = Provenance(records, seed=seed, date=utc_now(), method="diagnose")
+    return ModelCard(final.model, preset, tuple(final.effects), parameters, per_run, provenance)

@@ -1,0 +1,121 @@
+"""The verdict that follows from the supported hypotheses and from what they leave."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...kernels.chain import id_of
+from ...regression.problem import FitRun
+from ..choice.baselines import Baselines
+from ..choice.floors import Floors
+from ..choice.hypotheses import Hypothesis, folded, with_fit
+from ..choice.supported import MATERIAL, Choice, indistinct, left
+from ..fits.nuisance import untied, without
+from ..fits.quantised import with_levels
+from ..fits.refit import Fitted
+from .passivity import sign_notes
+
+NEGLIGIBLE = 0.002
+"""A nuisance freedom that does less than this part of a channel's spread is left out of the answer's model."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What is said of the model.
+
+    Attributes
+    ----------
+    word : str
+        ``named``, ``ambiguous``, ``unknown``, ``none``, ``parameters`` or ``not_excited``.
+    final : Fitted
+        The answer's model.
+    effects : tuple of str
+        Named effects as ``id`` or ``id@channel``.
+    equivalent : tuple of str
+        Ids that these runs cannot tell apart.
+    notes : tuple of str
+    """
+
+    word: str
+    final: Fitted
+    effects: tuple[str, ...] = ()
+    equivalent: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def verdict_of(
+    baselines: Baselines, choice: Choice, floors: Floors, tested: Sequence[str], hidden: Sequence[str],
+    holdout: Sequence[FitRun], progress: Callable[[str], None],
+) -> Verdict:  # fmt: skip
+    """The verdict.
+
+    Parameters
+    ----------
+    baselines : Baselines
+    choice : Choice
+    floors : Floors
+    tested : sequence of str
+        Ids of the effects that were refitted.
+    hidden : sequence of str
+        Ids of those that these runs could not show.
+    holdout : sequence of FitRun
+    progress : callable
+        Given what is being done.
+    """
+    if floors.unexplained.any():
+        shown = set(tested) - set(hidden)
+        return Verdict("unknown" if shown or not tested else "not_excited", baselines.refitted.fitted)
+    winner, levels = choice.winner, baselines.levels
+    final = _without_idle_nuisances(winner, holdout, progress)
+    if not winner.effects and not levels:
+        return _without_effect(baselines, winner, final)
+    if levels:
+        final = with_levels(final, levels)
+    sets = [tuple(dict.fromkeys(id_of(spec) for spec in h.effects)) for h in choice.supported]
+    common = [e for e in sets[0] if all(e in ids for ids in sets)]
+    rest = tuple(dict.fromkeys(e for ids in sets for e in ids if e not in common))
+    common += [id_of(one.spec) for one in levels]
+    named = tuple(s for s in (*winner.effects, *(one.spec for one in levels)) if id_of(s) in common)
+    notes = (*sign_notes(final), *_unexplained_notes(floors, final.problem.channels))
+    return Verdict("named" if named else "ambiguous", final, named, rest, notes)
+
+
+def _without_effect(baselines: Baselines, winner: Hypothesis, final: Fitted) -> Verdict:
+    """No effect is missing: were other parameters needed?"""
+    given, refitted = baselines.given, baselines.refitted
+    needs_nuisances = not indistinct(refitted, winner, refitted)
+    used = winner if needs_nuisances else refitted
+    removed = np.maximum(given.rmse**2 - used.fitted.rmse**2, 0.0)
+    if (removed <= (MATERIAL * used.fitted.spread) ** 2).all():
+        return Verdict("none", given)
+    return Verdict("parameters", final if needs_nuisances else refitted.fitted)
+
+
+def _without_idle_nuisances(winner: Hypothesis, holdout: Sequence[FitRun], progress: Callable[[str], None]) -> Fitted:
+    """The winner's fit without the nuisance effects that do nothing; zeros of runs that are named may be free.
+
+    They are if that does not cost on runs that were not fitted: there they could have taken what is a law.
+    """
+    fitted = winner.fitted
+    if any(spec.startswith("offset_drift") for spec in winner.material):
+        progress("refit with free zeros")
+        loose = with_fit(winner, untied(fitted, winner.free), holdout)
+        if not holdout and winner.held is not None:
+            loose = folded(loose)
+        if left(loose) < left(winner):
+            fitted = loose.fitted
+    for spec in winner.free:
+        if spec not in winner.effects and float(fitted.share_of(spec).max()) < NEGLIGIBLE:
+            progress(f"refit without {spec}")
+            fitted = without(fitted, spec, winner.free)
+    return fitted
+
+
+def _unexplained_notes(floors: Floors, channels: Sequence[str]) -> tuple[str, ...]:
+    return tuple(
+        f"what is left of {channel} is no noise: the law of the rig is not quite that of the answer"
+        for channel, is_open in zip(channels, floors.open_, strict=True) if is_open
+    )  # fmt: skip

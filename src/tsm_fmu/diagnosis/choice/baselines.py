@@ -1,0 +1,89 @@
+"""The model before any candidate: as given, refitted, and refitted with its nuisance parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...regression.problem import FitRun
+from ..fits.nuisance import earned, freed, freedoms
+from ..fits.quantised import Levels, coarse, step_noise
+from ..fits.refit import Fitted, Task, as_given, refit
+from .hypotheses import Hypothesis, hypothesis
+
+
+@dataclass(frozen=True)
+class Baselines:
+    """Fits without any candidate.
+
+    Attributes
+    ----------
+    given : Fitted
+        Nothing fitted but what each run has of its own.
+    refitted : Hypothesis
+        Other parameter values.
+    with_nuisances : Hypothesis
+        These, and the nuisance parameters that every candidate is refitted with.
+    reference : Fitted or None
+        The same on reference runs.
+    levels : tuple of Levels
+        Channels of so few levels that these are a gap.
+    """
+
+    given: Fitted
+    refitted: Hypothesis
+    with_nuisances: Hypothesis
+    reference: Fitted | None
+    levels: tuple[Levels, ...]
+
+    @property
+    def stepped(self) -> list[str]:
+        """Channels of few levels."""
+        return [one.channel for one in self.levels]
+
+
+def baselines(
+    task: Task, effects: Sequence[str], runs: Sequence[FitRun], references: Sequence[FitRun],
+    holdout: Sequence[FitRun], progress: Callable[[str], None],
+) -> Baselines:  # fmt: skip
+    """Fit them.
+
+    Parameters
+    ----------
+    task : Task
+    effects : sequence of str
+        That the model has already.
+    runs : sequence of FitRun
+        All samples of the measured runs, for the levels of their sensors.
+    references, holdout : sequence of FitRun
+    progress : callable
+        Given what is being done.
+    """
+    progress("model as given")
+    given = as_given(task, effects)
+    progress("refit of the baseline")
+    base = refitted_model(task, effects, given)
+    free = freedoms(task.model, task.channels, effects)
+    reference = None
+    if references:
+        progress("reference runs")
+        reference = freed(refitted_model(replace(task, runs=references), effects), free)
+        base = replace(base, task=replace(base.task, form=reference.rmse, earned=earned(reference, free)))
+    levels = coarse(runs, task.channels, base.spread)
+    form = np.maximum(base.task.form, step_noise(levels, task.channels))
+    base = replace(base, task=replace(base.task, gap=base.rmse, form=form))
+    return Baselines(
+        given, hypothesis((), base, (), holdout), hypothesis((), freed(base, free), free, holdout), reference,
+        tuple(levels),
+    )  # fmt: skip
+
+
+def refitted_model(task: Task, effects: Sequence[str], given: Fitted | None = None) -> Fitted:
+    """The model refitted, channels weighted by the inverse of what a first refit leaves of them."""
+    first = refit(task, effects, {}, own=given.own if given else None)
+    if len(task.channels) < 2:
+        return first
+    weighted = replace(task, weights=1.0 / np.maximum(first.rmse, 1e-6 * first.spread))
+    return refit(weighted, effects, first.values, own=first.own)

@@ -1,0 +1,68 @@
+"""From hypotheses to those that the runs support, and to what they leave unexplained."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from ...regression.problem import FitRun
+from ...regression.threads import together
+from .baselines import Baselines
+from .floors import Floors, floors_of
+from .hypotheses import Hypothesis, foldable, folded
+from .patches import without_patches
+from .supported import Choice, chosen, left
+
+FOLDED = 6
+"""Best hypotheses that are judged by runs left out in turn."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Hypotheses as they were judged.
+
+    Attributes
+    ----------
+    baselines : Baselines
+        With what they leave on runs left out in turn, where no run is held out.
+    hypotheses : tuple of Hypothesis
+        The first has no effect but the nuisance parameters.
+    choice : Choice
+    floors : Floors
+    """
+
+    baselines: Baselines
+    hypotheses: tuple[Hypothesis, ...]
+    choice: Choice
+    floors: Floors
+
+
+def judged(
+    found: Sequence[Hypothesis], baselines: Baselines, holdout: Sequence[FitRun], progress: Callable[[str], None]
+) -> Judged:
+    """The supported hypotheses, and the floors.
+
+    Parameters
+    ----------
+    found : sequence of Hypothesis
+        The first has no effect but the nuisance parameters.
+    baselines : Baselines
+    holdout : sequence of FitRun
+    progress : callable
+        Given what is being done.
+    """
+    if not holdout and foldable(baselines.refitted.fitted.task.runs):
+        progress("runs left out in turn")
+        best = sorted(found[1:], key=left)[:FOLDED]
+        refitted, *found = together(folded, [baselines.refitted, found[0], *best])
+        baselines = replace(baselines, refitted=refitted, with_nuisances=found[0])
+    choice = chosen(found, baselines.refitted)
+    floors = floors_of(choice, baselines.refitted.fitted, baselines.reference, baselines.stepped)
+    if floors.open_.any() and not floors.unexplained.any():
+        progress("patches")
+        fewer = without_patches(choice, found, floors.open_, holdout)
+        if fewer is None:
+            floors = replace(floors, unexplained=floors.open_)
+        else:
+            choice = fewer
+    return Judged(baselines, tuple(found), choice, floors)

@@ -1,0 +1,140 @@
+"""The search for hypotheses: the best candidates alone, then a second and a third effect beside the best."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...kernels.chain_source import Attached
+from ...kernels.kernel import Kernel
+from ...regression.problem import FitRun
+from ..fits.nuisance import Start
+from ..fits.refit import Fitted
+from ..fits.response import places_of
+from ..fits.screening import Screened, possible, screen
+from .baselines import Baselines
+from .floors import open_channels
+from .hypotheses import Hypothesis, interleaved, probed, rivals_again, tried
+from .supported import MATERIAL, chosen, fewer_again, leading, left
+
+MOST_EFFECTS = 3
+SECOND = 4
+"""Candidates refitted on top of each effect that is there."""
+SWAPPED = 4
+"""First effects tried again beside a second one: the best single effect need not be in the best pair."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """What a search works on.
+
+    Attributes
+    ----------
+    model : Kernel
+        With the inputs of the runs.
+    baselines : Baselines
+    holdout : sequence of FitRun
+    progress : callable
+        Given what is being done.
+    """
+
+    model: Kernel
+    baselines: Baselines
+    holdout: Sequence[FitRun]
+    progress: Callable[[str], None]
+
+    def hypotheses(self) -> list[Hypothesis]:
+        """The baseline with its nuisance parameters, each of the best candidates, pairs and triples of them."""
+        start = self.baselines.with_nuisances
+        found, singles, base = [start], [], start
+        for _ in range(MOST_EFFECTS):
+            screened, starts = self._screened(base)
+            reference = self.baselines.reference if base is start else None
+            more = tried(base, screened, self.holdout, reference, starts, self.progress)
+            if not more:
+                break
+            more = rivals_again(more, self.holdout)
+            found += more
+            best = leading(more)
+            if len(base.added) == 1:
+                found = self._with_other_pairs(found, singles, base, best.added[-1], screened)
+                best = leading([h for h in found if len(h.added) == 2])
+            found = fewer_again(best, found, self.baselines.refitted, self.holdout)
+            if left(best) >= left(base):
+                break
+            singles, base = singles or more, best
+            if self._enough(found, base):
+                break
+        return found
+
+    def _screened(self, base: Hypothesis) -> tuple[list[Screened], Mapping[str, Start]]:
+        """Candidates to refit beside a hypothesis, best first, and a second place to start each from.
+
+        One linear step from its fit, and one from the fit without the nuisance parameters that remove as much as an
+        effect: they may have taken what a candidate explains.
+        """
+        fitted, model = base.fitted, self.baselines.refitted.fitted
+        counted, travel = np.ones(len(fitted.rmse), bool), max(float(np.ptp(c.x)) for c in places_of(model))
+        places = [c for c in candidate_places(self.model, fitted, travel) if not model.has(c.module.NAME)]
+        screened, starts = screen(fitted, places, counted, self.progress), {}
+        before = base.bare if base.added else model
+        if before is not fitted:
+            instead = screen(before, places, counted, self.progress)
+            starts = {s.attached.spec: Start(before, s.starts[0]) for s in instead}
+            gains = {s.attached.spec: s.gain for s in instead}
+            screened = [
+                replace(s, gain=max(s.gain, gains[s.attached.spec])) for s in interleaved(screened, instead)
+            ]  # fmt: skip
+        if base.added:
+            self.progress("probe of a further effect")
+            screened = probed(fitted, screened, base.free)
+            screened = [s for s in screened if _promises(s.gain, before)][: len(base.material) + SECOND]
+        return screened, starts
+
+    def _with_other_pairs(
+        self, found: Sequence[Hypothesis], singles: Sequence[Hypothesis], first: Hypothesis, second: str,
+        screened: Sequence[Screened],
+    ) -> list[Hypothesis]:  # fmt: skip
+        """With the second effect of the best pair beside other first ones, and close pairs refitted again."""
+        candidate = [s for s in screened if s.attached.spec == second]
+        others = [h for h in sorted(singles, key=left) if h is not first][:SWAPPED]
+        pairs = [h for h in found if len(h.added) == 2]
+        for other in others:
+            if second not in other.fitted.effects:
+                pairs += tried(other, candidate, self.holdout, progress=self.progress)
+        return [h for h in found if len(h.added) != 2] + rivals_again(pairs, self.holdout)
+
+    def _enough(self, found: Sequence[Hypothesis], base: Hypothesis) -> bool:
+        """Whether one effect more can change nothing."""
+        refitted = self.baselines.refitted
+        winner = chosen(found, refitted).winner
+        if len(winner.effects) < len(base.added):
+            return True  # the last one did not help
+        # nothing is left to explain, and nothing explained by what is rather a nuisance
+        return not winner.bends and not open_channels(winner, refitted.fitted, self.baselines.reference).any()
+
+
+def candidate_places(model: Kernel, fitted: Fitted, travel: float = np.inf) -> list[Attached]:
+    """Every effect at every place that a fit has not; a nuisance offset that is there can be released to drift.
+
+    Parameters
+    ----------
+    model : Kernel
+        With the inputs of the runs.
+    fitted : Fitted
+    travel : float
+        Longest stroke of the runs, in the unit of the motion.
+    """
+    there = tuple(getattr(model.module, "EFFECTS", ()))
+    inputs = [v.name for v in model.inputs]
+    return [
+        c for c in possible(model.name, fitted.problem.channels, there, inputs, travel)
+        if c.spec not in fitted.effects or (c.module.NAME == "offset_drift" and c.spec not in fitted.released)
+    ]  # fmt: skip
+
+
+def _promises(gain: float, fitted: Fitted) -> bool:
+    """Whether a candidate takes enough of what is left to matter, by its linear step or its probe."""
+    return bool((np.sqrt(-np.expm1(-gain)) * fitted.rmse > MATERIAL * fitted.spread).any())

@@ -1,0 +1,198 @@
+"""What a diagnosis found, as plain immutable data: nothing here fits, simulates or writes.
+
+Quantities are in SI; ``unit`` says which. Arrays are not to be changed.
+"""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import pandas as pd
+import plotly.graph_objects as go
+
+from ..card import ModelCard
+from ..kernels.chain import id_of
+from ..logs.display import display
+from ..report import bar_figure
+from .evidence import (
+    Candidate,
+    Gap,
+    Gate,
+    ModelFit,
+    NextMotion,
+    ParameterChange,
+    Place,
+    ResidualShape,
+    RunComparison,
+)
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Where a model and measurements disagree, and which effect is missing.
+
+    Attributes
+    ----------
+    verdict : str
+        ``named``, ``ambiguous``, ``unknown``, ``none``, ``parameters`` or ``not_excited``.
+    answer : str
+        The same in a few sentences, with numbers.
+    effects : tuple of str
+        Named effects as ``id`` or ``id@channel``, in the order added.
+    equivalent : tuple of tuple of str
+        Sets of ids that these runs cannot tell apart.
+    not_excited : tuple of str
+        Ids of effects that these runs could not show.
+    unplaced : tuple of str
+        Those of them that have no place in the model with these channels: nothing can be said of them.
+    candidates : tuple of Candidate
+        Best first.
+    where : tuple of Place
+        Of the residual of ``located``, most telling first.
+    located : str
+        Stage whose residual that is: ``given`` or ``refitted``.
+    shapes : tuple of ResidualShape
+        Of the same residual.
+    gap : mapping of str to Gap
+        By channel; empty where nothing could be compared.
+    channels : tuple of str
+        Measured outputs that are compared.
+    given, refitted, final : ModelFit or None
+        The model as given, with other parameter values only, and that of the answer.
+    changes : tuple of ParameterChange
+        Parameters that the answer's fit moved, first whose move does most.
+    model : ModelCard or None
+        The answer's model.
+    next_motion : NextMotion or None
+        What to measure next where effects cannot be told apart.
+    gate : Gate
+    runs : tuple of RunComparison
+    compared_from : mapping of str to float
+        Time [s] from which each measured and held-out run is compared, by name.
+    motion : str
+        Input that drives the model, ``v`` for a speed; empty without.
+    motion_unit : str
+    notes : tuple of str
+        What else a user should know.
+    records : mapping of str to str
+        SHA-256 of each run, by role and name.
+    preset : str
+        Parameter set that the model started from; empty without.
+    seed : int
+    """
+
+    verdict: str
+    answer: str = ""
+    effects: tuple[str, ...] = ()
+    equivalent: tuple[tuple[str, ...], ...] = ()
+    not_excited: tuple[str, ...] = ()
+    unplaced: tuple[str, ...] = ()
+    candidates: tuple[Candidate, ...] = ()
+    where: tuple[Place, ...] = ()
+    located: str = "refitted"
+    shapes: tuple[ResidualShape, ...] = ()
+    gap: Mapping[str, Gap] = field(default_factory=dict)
+    channels: tuple[str, ...] = ()
+    given: ModelFit | None = None
+    refitted: ModelFit | None = None
+    final: ModelFit | None = None
+    changes: tuple[ParameterChange, ...] = ()
+    model: ModelCard | None = None
+    next_motion: NextMotion | None = None
+    gate: Gate = field(default_factory=Gate)
+    runs: tuple[RunComparison, ...] = ()
+    compared_from: Mapping[str, float] = field(default_factory=dict)
+    motion: str = ""
+    motion_unit: str = "1"
+    notes: tuple[str, ...] = ()
+    records: Mapping[str, str] = field(default_factory=dict)
+    preset: str = ""
+    seed: int = 0
+
+    @property
+    def card(self) -> ModelCard | None:
+        """The answer's model."""
+        return self.model
+
+    @property
+    def hidden(self) -> tuple[str, ...]:
+        """Ids of effects that could be there unseen: too small in these runs, or taken up by the model's parameters."""
+        return tuple(e for e in self.not_excited if e not in self.unplaced)
+
+    @property
+    def ids(self) -> list[str]:
+        """Ids of the named effects, in the order added."""
+        return [id_of(spec) for spec in self.effects]
+
+    @property
+    def answered(self) -> set[str]:
+        """Ids that the answer holds: named, or in a set."""
+        return {*self.ids}.union(*self.equivalent)
+
+    @property
+    def also_in_model(self) -> tuple[str, ...]:
+        """Effects of the answer's model that are neither of the model as given nor named: nuisance parameters."""
+        if self.final is None or self.given is None:
+            return ()
+        there = (*self.given.effects, *self.effects)
+        return tuple(e for e in self.final.effects if e not in there and id_of(e) not in self.answered)
+
+    def summary(self) -> str:
+        """The answer, the gaps, the candidates and the notes as text."""
+        parts = [self.answer]
+        if self.gap:
+            table = self.gap_frame().to_string(na_rep="", float_format="%.4g")
+            parts.append(_indented("Error (RMS) by channel", table))
+        if self.candidates:
+            table = self.to_frame().to_string(na_rep="", float_format="%.3g")
+            parts.append(_indented("Each effect refitted together with the model", table))
+        if self.hidden:
+            parts.append(f"These runs could not show: {', '.join(self.hidden)}.")
+        if self.unplaced:
+            parts.append(f"No place in the model with these channels: {', '.join(self.unplaced)}.")
+        parts += [f"Note: {note}." for note in self.notes]
+        return "\n\n".join(parts)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Candidates, best first: score, what each closes of the gap, and whether these runs could have shown it."""
+        columns = ["score [dB]", "closes, measured", "closes, held out", "testable"]
+        rows = [(c.score, c.closure_measured, c.closure_holdout, c.testable) for c in self.candidates]
+        index = pd.Index([c.spec for c in self.candidates], name="effect")
+        return pd.DataFrame(rows, index, columns)
+
+    def gap_frame(self) -> pd.DataFrame:
+        """Errors of each channel [SI, RMS]: as given, refitted, with the answer, floor; measured and held out."""
+        rows = {
+            f"{channel} [{g.unit}]": {
+                "given": g.before, "refitted": g.refitted, "answer": g.after,
+                "given, held out": g.holdout_before, "refitted, held out": g.holdout_refitted,
+                "answer, held out": g.holdout_after, "floor": g.floor,
+            }
+            for channel, g in self.gap.items()
+        }  # fmt: skip
+        return pd.DataFrame.from_dict(rows, orient="index").dropna(axis="columns", how="all").rename_axis("channel")
+
+    def figure(self) -> go.Figure:
+        """Error of each channel before, refitted and with the answer, beside its floor; held-out runs if any."""
+        bars: dict[str, dict[str, float]] = {}
+        for channel, g in self.gap.items():
+            held = g.holdout_before is not None
+            errors = (
+                (g.holdout_before, g.holdout_refitted, g.holdout_after) if held else (g.before, g.refitted, g.after)
+            )
+            shown = display(g.unit, max(g.before, g.floor))
+            name = f"{channel} [{shown.unit}]{', held out' if held else ''}"
+            stages = ("as given", "refitted", "with the answer", "floor")
+            bars[name] = {s: shown.factor * (e or 0.0) for s, e in zip(stages, (*errors, g.floor), strict=True)}
+        return bar_figure(bars, "Error (RMS) before and after")
+
+    def _repr_html_(self) -> str:
+        tables = "".join(f.to_html(na_rep="") for f in (self.gap_frame(), self.to_frame()) if len(f))
+        notes = "".join(f"<li>{html.escape(note)}</li>" for note in self.notes)
+        return f"<p><b>{html.escape(self.answer)}</b></p>{tables}<ul>{notes}</ul>"
+
+
+def _indented(title: str, text: str) -> str:
+    return "\n".join([title, *(f"  {line}" for line in text.splitlines())])

@@ -1,0 +1,72 @@
+"""The runs of a diagnosis as the search and the report need them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...kernels.kernel import Kernel
+from ...logs.record import Record
+from ...regression.problem import FitRun
+from ...regression.specification import fit_run, measured_channels
+from .beginning import compared
+from .motion_signals import coordinates_of
+from .sheath_angle import listening
+
+
+@dataclass(frozen=True)
+class PreparedRuns:
+    """Runs with all their samples, compared from where friction has forgotten what was before the log.
+
+    Attributes
+    ----------
+    model : Kernel
+        With an input for the sheath's angle where every run has it.
+    channels : tuple of str
+        Measured outputs.
+    measured, reference, holdout : tuple of FitRun
+    notes : tuple of str
+        What a user should know of it.
+    """
+
+    model: Kernel
+    channels: tuple[str, ...]
+    measured: tuple[FitRun, ...]
+    reference: tuple[FitRun, ...]
+    holdout: tuple[FitRun, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Effects that the model has already, as ``id`` or ``id@channel``."""
+        return tuple(getattr(self.model.module, "EFFECTS", ()))
+
+    @property
+    def stroke(self) -> float:
+        """Longest stroke of the measured runs, in the unit of the motion; 1 without motion."""
+        return max(float(np.ptp(coordinates_of(self.model, run, None).x)) for run in self.measured) or 1.0
+
+
+def prepared(
+    model: Kernel, measured: Sequence[Record], reference: Sequence[Record], holdout: Sequence[Record],
+    cutoff: float | None,
+) -> PreparedRuns:  # fmt: skip
+    """Runs of a model from records.
+
+    Raises
+    ------
+    InputError
+        Runs that do not fit the model.
+    """
+    records = [*measured, *reference, *holdout]
+    model, notes = listening(model, records)
+    channels = measured_channels(model, records)
+
+    def compared_runs(group: Sequence[Record]) -> tuple[FitRun, ...]:
+        return tuple(compared(model, fit_run(model, record, channels, cutoff), channels) for record in group)
+
+    return PreparedRuns(
+        model, tuple(channels), compared_runs(measured), compared_runs(reference), compared_runs(holdout), notes
+    )
