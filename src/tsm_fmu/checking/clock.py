@@ -7,12 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..logs.record import Record
+from .criteria import GAP_INTERVALS, JITTER_SHARE, MOST_GAPS_LISTED
 from .finding import Finding, finding
 
 __all__ = ["Clock", "check_clock"]
-
-_MOST_GAPS = 5
-_JITTER = 0.05
 
 
 @dataclass(frozen=True)
@@ -38,22 +36,22 @@ def check_clock(record: Record) -> tuple[Clock, list[Finding]]:
     """Rate and jitter; a finding for each of the first gaps, and one for jitter above 5 % of the interval."""
     steps = np.diff(record.time)
     middle = float(np.median(steps))
-    gaps = np.flatnonzero(steps > 1.5 * middle)
+    gaps = np.flatnonzero(steps > GAP_INTERVALS * middle)
     regular = np.delete(steps, gaps)
     jitter = float(np.sqrt(np.mean(np.square(regular - middle)))) if regular.size else 0.0
     found = []
-    for k in gaps[:_MOST_GAPS]:
+    for k in gaps[:MOST_GAPS_LISTED]:
         missing = round(float(steps[k]) / middle) - 1
         text = (
             f"gap of {steps[k]:.4g} s at {record.time[k]:.3f} s, between rows {record.row(k)} and {record.row(k + 1)}: "
             f"about {missing} samples are missing; nothing is filled in"
         )
         found.append(finding(record, "gap", "time", int(k), int(k) + 1, text))
-    if gaps.size > _MOST_GAPS:
-        rest = gaps[_MOST_GAPS:]
+    if gaps.size > MOST_GAPS_LISTED:
+        rest = gaps[MOST_GAPS_LISTED:]
         text = f"{rest.size} more gaps after row {record.row(int(rest[0]))}, the longest {steps[rest].max():.4g} s"
         found.append(finding(record, "gap", "time", int(rest[0]), int(rest[-1]) + 1, text))
-    if jitter > _JITTER * middle:
+    if jitter > JITTER_SHARE * middle:
         text = f"sampling jitters by {jitter:.3g} s RMS around {middle:.4g} s ({100 * jitter / middle:.0f} %)"
         found.append(finding(record, "jitter", "time", 0, record.time.size - 1, text))
     return Clock(1.0 / middle, jitter, int(gaps.size)), found

@@ -18,19 +18,22 @@ from scipy.ndimage import median_filter
 
 from ..logs.quantisation import quantisation_step
 from ..logs.record import Record
+from .criteria import (
+    EVENT_FOOT_SHARE,
+    EVENT_RANGE_SHARE,
+    EVENT_SENSOR_STEPS,
+    EVENT_TIMES_USUAL,
+    FEWEST_BLOCKS,
+    GLITCH_SAMPLES,
+    JUMP_KEPT_SHARE,
+    JUMP_SAMPLES,
+    USUAL_QUANTILE,
+)
 from .finding import Finding, finding, rows_text, shown
 
 __all__ = ["Event", "check_events", "events"]
 
 FloatArray = NDArray[np.float64]
-_TIMES_USUAL = 5.0
-_USUAL = 0.75
-_SMALLEST_SHARE = 0.02
-_STEPS = 4.0
-_INCREMENTS = 11
-_GLITCH = 3
-_FOOT = 0.15
-_FEWEST_BLOCKS = 8
 
 
 @dataclass(frozen=True)
@@ -54,17 +57,17 @@ def events(x: FloatArray, window: int, turning: NDArray[np.bool_] | None = None)
     turning : ndarray of bool, shape (n,), optional
         Where the drive turns or breaks away, for a force.
     """
-    window = max(min(window, x.size // _FEWEST_BLOCKS) | 1, _INCREMENTS)
+    window = max(min(window, x.size // FEWEST_BLOCKS) | 1, JUMP_SAMPLES)
     usual_range = float(np.subtract(*np.quantile(x, (0.99, 0.01))))
-    floor = max(_SMALLEST_SHARE * usual_range, _STEPS * quantisation_step(x))
-    if usual_range == 0.0 or x.size < _FEWEST_BLOCKS * window:
+    floor = max(EVENT_RANGE_SHARE * usual_range, EVENT_SENSOR_STEPS * quantisation_step(x))
+    if usual_range == 0.0 or x.size < FEWEST_BLOCKS * window:
         return []
     excursion = np.abs(x - median_filter(x, window, mode="nearest"))
     steps = np.diff(x, prepend=x[0])
-    jump = np.abs(steps - median_filter(steps, _INCREMENTS, mode="nearest"))
+    jump = np.abs(steps - median_filter(steps, JUMP_SAMPLES, mode="nearest"))
     outside = []
     for residual in (excursion, jump):
-        limit = np.full(x.size, max(floor, _TIMES_USUAL * _usual(residual, window)))
+        limit = np.full(x.size, max(floor, EVENT_TIMES_USUAL * _usual(residual, window)))
         if turning is not None:
             limit[turning] = np.maximum(limit[turning], usual_range)
         outside.append(residual > limit)
@@ -112,7 +115,7 @@ def _finding(record: Record, group: list[tuple[str, Event]], window: int, positi
     kind = "start_up" if early else next(k for k in ("disturbance", "jump", "glitch") if k in kinds)
     t0, t1 = record.time[first], record.time[last]
     moved = " and ".join(f"{name} by {shown(size, record.units[name])}" for name, size in sizes.items())
-    where = f"at {t0:.3f} s" if last - first < _GLITCH else f"from {t0:.3f} to {t1:.3f} s"
+    where = f"at {t0:.3f} s" if last - first < GLITCH_SAMPLES else f"from {t0:.3f} to {t1:.3f} s"
     sudden = "lost counts or a slipped coupling" if set(sizes) <= set(positions) else "something that slips or lets go"
     what = {
         "start_up": f"start-up transient until {t1:.3f} s: {moved}; leave it out with --from",
@@ -127,7 +130,7 @@ def _finding(record: Record, group: list[tuple[str, Event]], window: int, positi
 def _usual(residual: FloatArray, window: int) -> float:
     """What the largest residual of a block is in three of four blocks."""
     starts = np.arange(0, residual.size - window // 2, max(1, window // 2))
-    return float(np.quantile(np.maximum.reduceat(residual, starts), _USUAL))
+    return float(np.quantile(np.maximum.reduceat(residual, starts), USUAL_QUANTILE))
 
 
 def _spans(outside: NDArray[np.bool_], window: int) -> list[tuple[int, int]]:
@@ -143,20 +146,20 @@ def _described(
     x: FloatArray, first: int, last: int, excursion: FloatArray, jump: NDArray[np.bool_], window: int
 ) -> Event:
     """What an event is: its level afterwards tells a jump, its length a glitch."""
-    reach = max(_INCREMENTS, window // 2)
+    reach = max(JUMP_SAMPLES, window // 2)
     before, after = x[max(0, first - reach) : first], x[last + 1 : last + 1 + reach]
     part = excursion[first : last + 1]
     # a wide event pulls the running median along: what is below a part of its height is not the event
-    away = first + np.flatnonzero(part > (_FOOT if first > window else 0.0) * part.max())
+    away = first + np.flatnonzero(part > (EVENT_FOOT_SHARE if first > window else 0.0) * part.max())
     jumps = first + np.flatnonzero(jump[first : last + 1])
     steps = np.diff(x, prepend=x[0])
     if jumps.size and before.size and after.size:
         around = np.median(steps[max(0, first - reach) : last + 1 + reach])
         kept = abs(float(np.sum(steps[jumps] - around)))
-        if kept > 0.5 * float(np.max(np.abs(steps[jumps]))):
+        if kept > JUMP_KEPT_SHARE * float(np.max(np.abs(steps[jumps]))):
             return Event("jump", int(jumps[0]), int(jumps[-1]), kept)
     if away.size:
         first, last = int(away[0]), int(away[-1])
     level = float(np.median(before)) if before.size else float(x[last])
     size = float(np.max(np.abs(x[first : last + 1] - level)))
-    return Event("glitch" if last - first < _GLITCH else "disturbance", first, last, size)
+    return Event("glitch" if last - first < GLITCH_SAMPLES else "disturbance", first, last, size)

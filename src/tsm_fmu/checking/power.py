@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..logs.record import Record
+from .criteria import OPPOSITE_EFFORTS, OPPOSITE_POSITIONS, POWER_SHARE
 from .finding import Finding, finding
 
 __all__ = ["Power", "check_power"]
 
 FloatArray = NDArray[np.float64]
-_CLEAR = 0.05
 _MOTIONS = {"N.m": "rad", "N": "m"}
 
 
@@ -46,7 +46,7 @@ def check_power(record: Record) -> tuple[list[Power], list[Finding]]:
             continue
         power, first, last = _work(record, effort, motion)
         powers.append(power)
-        if effort.endswith(("_out", "_load")) or power.share >= -_CLEAR:
+        if effort.endswith(("_out", "_load")) or power.share >= -POWER_SHARE:
             continue  # a load may drive: both signs are possible on the output side
         text = (
             f"{effort} * d{motion}/dt is {power.mean:.3g} W on average: the drive would take power out of a rig with "
@@ -90,7 +90,7 @@ def _directions(record: Record) -> list[Finding]:
         if np.ptp(p) == 0.0 or np.ptp(q) == 0.0:
             continue
         r = float(np.corrcoef(p, q)[0, 1])
-        if r < (-0.5 if a == "x_in" else -0.7):
+        if r < (OPPOSITE_POSITIONS if a == "x_in" else OPPOSITE_EFFORTS):
             text = f"{b} falls when {a} grows (correlation {r:.2f}): opposite senses; try --scale {b}=-1"
             found.append(finding(record, "direction", f"{a}, {b}", 0, p.size - 1, text))
     return found

@@ -10,11 +10,8 @@ from numpy.typing import NDArray
 from ..logs.quantisation import quantisation_step
 from ..logs.record import Record
 from .clock import Clock, check_clock
-from .events import check_events
-from .finding import Finding, finding
-from .levels import check_clipping, check_quantisation, check_stuck
-from .motion import (
-    Motion,
+from .coverage import (
+    MotionCoverage,
     drive_channel,
     motion_of,
     position_channels,
@@ -22,13 +19,15 @@ from .motion import (
     speed_and_acceleration,
     with_travel,
 )
+from .criteria import BREAK_AWAY_SHARE, SLOW_SPEED_SHARE
+from .events import check_events
+from .finding import Finding, finding
 from .power import Power, check_power
+from .sensor import check_clipping, check_quantisation, check_stuck
 
 __all__ = ["Channel", "RunCheck", "check_record"]
 
 FloatArray = NDArray[np.float64]
-_SLOW = 0.1
-_BROKEN_AWAY = 0.1
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ class RunCheck:
         First and last time [s].
     clock : Clock
     channels : dict of str to Channel
-    motion : Motion or None
+    motion : MotionCoverage or None
         Of the drive; None where no channel is a position that moves.
     powers : list of Power
     findings : list of Finding
@@ -80,7 +79,7 @@ class RunCheck:
     t1: float
     clock: Clock
     channels: dict[str, Channel]
-    motion: Motion | None
+    motion: MotionCoverage | None
     powers: list[Power]
     findings: list[Finding]
 
@@ -145,17 +144,17 @@ def _channel(record: Record, name: str) -> Channel:
 
 def _turning(x: FloatArray, v: FloatArray, window: int) -> NDArray[np.bool_]:
     """Where the drive is slow, until it has moved away by a tenth of its range, and a window around."""
-    slow = np.abs(v) < _SLOW * max(float(np.quantile(np.abs(v), 0.99)), 1e-300)
+    slow = np.abs(v) < SLOW_SPEED_SHARE * max(float(np.quantile(np.abs(v), 0.99)), 1e-300)
     edges = np.flatnonzero(np.diff(slow.astype(np.int8), prepend=0, append=0))
     marked = np.zeros(x.size, dtype=bool)
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        away = np.abs(x[end:] - x[end - 1]) > _BROKEN_AWAY * float(np.ptp(x))
+        away = np.abs(x[end:] - x[end - 1]) > BREAK_AWAY_SHARE * float(np.ptp(x))
         broken = end + (int(np.argmax(away)) if away.any() else away.size)
         marked[max(0, begin - window) : broken + window] = True
     return marked
 
 
-def _rest(record: Record, motion: Motion) -> Finding:
+def _rest(record: Record, motion: MotionCoverage) -> Finding:
     end = int(np.searchsorted(record.time, record.time[0] + motion.initial_rest, side="right")) - 1
     text = (
         f"{motion.channel} rests until {record.time[end]:.3f} s; the state of friction and backlash is not known "

@@ -6,27 +6,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..logs.record import Record
+from .criteria import (
+    COARSE_STEPS,
+    LIMIT_SAMPLES,
+    LIMIT_SHARE,
+    LIMIT_SPEED_SHARE,
+    NEAR_LIMIT_SHARE,
+    NOISY_SHARE,
+    STUCK_REPEATS,
+    STUCK_SHARE,
+    STUCK_TRAVEL_SHARE,
+    VISIT_SHARE,
+    VISITS_CUT_SHARE,
+)
 from .finding import Finding, finding, rows_text, shown
 
 __all__ = ["check_clipping", "check_quantisation", "check_stuck"]
 
 FloatArray = NDArray[np.float64]
-_COARSE = 50.0
-_MOVES = 0.3
-_AT_SPEED = 0.35
-_NEAR = 0.05
-_BAND = 0.2
-_OFTEN = 0.2
-_OF_VISITS = 0.8
-_REPEATS = 30.0
-_FEWEST = 10
 
 
 def check_quantisation(record: Record, name: str, step: float) -> list[Finding]:
     """A finding where the channel's range holds few steps."""
     x = record.columns[name]
     levels = float(np.ptp(x)) / step if step > 0.0 else np.inf
-    if levels >= _COARSE:
+    if levels >= COARSE_STEPS:
         return []
     text = (
         f"{name} moves over {levels:.0f} steps of {shown(step, record.units[name])} only: "
@@ -52,12 +56,12 @@ def check_clipping(record: Record, name: str, step: float, window: int) -> list[
         starts, lengths = _runs(at_limit)
         flat = lengths >= 3
         count = int(lengths[flat].sum())
-        if typical == 0.0 or count < max(_FEWEST, x.size // 500):
+        if typical == 0.0 or count < max(LIMIT_SAMPLES, int(LIMIT_SHARE * x.size)):
             continue
         begins, ends = starts[flat], (starts + lengths - 1)[flat]
-        near = (np.abs(x - limit) < _BAND * float(np.ptp(x))) & ~at_limit
-        noisy = near.any() and float(np.mean(wobbles[near])) > _OFTEN
-        if noisy or _runs_into(x, limit, begins, ends, lead, _AT_SPEED * typical):
+        near = (np.abs(x - limit) < NEAR_LIMIT_SHARE * float(np.ptp(x))) & ~at_limit
+        noisy = near.any() and float(np.mean(wobbles[near])) > NOISY_SHARE
+        if noisy or _runs_into(x, limit, begins, ends, lead, LIMIT_SPEED_SHARE * typical):
             text = (
                 f"{name} stays at its {end} limit {shown(limit, record.units[name])} for {count} samples in "
                 f"{begins.size} stretches: clipped or against a stop"
@@ -88,10 +92,14 @@ def check_stuck(record: Record, name: str, moving: list[str]) -> list[Finding]:
     travel = max((float(np.ptp(y[first : last + 1])) / max(float(np.ptp(y)), 1e-300) for y in others), default=0.0)
     noisy = name not in moving and np.median(lengths) <= 3
     usual = float(np.quantile(np.delete(lengths, longest), 0.99)) if lengths.size > 1 else np.inf
-    long = lengths[longest] >= max(_FEWEST, x.size // 200) and lengths[longest] > _REPEATS * usual
-    if travel <= _MOVES and not (noisy and long):
+    long = (
+        lengths[longest] >= max(LIMIT_SAMPLES, int(STUCK_SHARE * x.size)) and lengths[longest] > STUCK_REPEATS * usual
+    )
+    if travel <= STUCK_TRAVEL_SHARE and not (noisy and long):
         return []
-    while_moving = f" while another position moves over {100 * travel:.0f} % of its range" if travel > _MOVES else ""
+    while_moving = (
+        f" while another position moves over {100 * travel:.0f} % of its range" if travel > STUCK_TRAVEL_SHARE else ""
+    )
     text = (
         f"{name} repeats {shown(float(x[first]), record.units[name])} exactly from {record.time[first]:.3f} to "
         f"{record.time[last]:.3f} s{while_moving} ({rows_text(record, first, last)}): "
@@ -103,8 +111,8 @@ def check_stuck(record: Record, name: str, moving: list[str]) -> list[Finding]:
 def _runs_into(
     x: FloatArray, limit: float, begins: NDArray[np.int64], ends: NDArray[np.int64], lead: int, fast: float
 ) -> bool:
-    visits = _runs(np.abs(x - limit) <= _NEAR * float(np.ptp(x)))[0].size
-    if begins.size < max(2, _OF_VISITS * visits):
+    visits = _runs(np.abs(x - limit) <= VISIT_SHARE * float(np.ptp(x)))[0].size
+    if begins.size < max(2, VISITS_CUT_SHARE * visits):
         return False
     enters, leaves = begins[begins >= lead], ends[ends < x.size - lead]
     speeds = [np.abs(x[enters] - x[enters - lead]), np.abs(x[leaves] - x[leaves + lead])]

@@ -15,22 +15,29 @@ from ..logs.quantisation import quantisation_step
 from ..logs.record import Record
 from ..logs.units import same_quantity, unit_to_si
 from ..models.contract import InputError
+from .criteria import (
+    FEWEST_REVERSALS,
+    INNER_LOOP_SHARE,
+    LINE_POWER_SHARE,
+    LOAD_VARIATION_SHARE,
+    LONG_REST_S,
+    REST_SPEED_SHARE,
+    TURN_SENSOR_STEPS,
+    TURN_SHARE,
+)
 from .finding import Finding, finding, shown
 
 __all__ = [
-    "Motion", "drive_channel", "motion_of", "position_channels", "shortest_period", "speed_and_acceleration",
+    "MotionCoverage", "drive_channel", "motion_of", "position_channels", "shortest_period", "speed_and_acceleration",
     "with_travel",
 ]  # fmt: skip
 
 FloatArray = NDArray[np.float64]
 Derivatives = tuple[FloatArray, FloatArray, float | None]
-_REST = 0.02
-_TURN = 0.02
-_LINE = 0.03
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionCoverage:
     """How the drive moved.
 
     Attributes
@@ -100,19 +107,19 @@ def shortest_period(record: Record, name: str | None) -> float:
     return 1.0 / max(float(frequency[int(np.searchsorted(below, 0.95 * below[-1]))]), 1.0 / span)
 
 
-def motion_of(record: Record, name: str, derivatives: Derivatives) -> tuple[Motion, list[Finding]]:
+def motion_of(record: Record, name: str, derivatives: Derivatives) -> tuple[MotionCoverage, list[Finding]]:
     """Coverage of the motion of one position channel, and findings on what it leaves out."""
     x, time = record.columns[name], record.time
     v, a, cutoff = derivatives
     turns = _turning_points(x)
     half = 0.5 * np.abs(np.diff(x[turns])) if turns.size > 1 else np.array([0.5 * float(np.ptp(x))])
-    resting = np.abs(v) < _REST * max(float(np.quantile(np.abs(v), 0.99)), 1e-300)
+    resting = np.abs(v) < REST_SPEED_SHARE * max(float(np.quantile(np.abs(v), 0.99)), 1e-300)
     edges = np.flatnonzero(np.diff(resting.astype(np.int8), prepend=0, append=0))
     begins, ends = edges[::2], edges[1::2] - 1
     rests = time[ends] - time[begins]
     at_start = bool(begins.size and begins[0] == 0)
     inner = rests[1:] if at_start else rests
-    motion = Motion(
+    motion = MotionCoverage(
         channel=name,
         unit=record.units[name],
         x=(float(x.min()), float(x.max())),
@@ -128,18 +135,18 @@ def motion_of(record: Record, name: str, derivatives: Derivatives) -> tuple[Moti
     return motion, _missing(record, motion)
 
 
-def _missing(record: Record, motion: Motion) -> list[Finding]:
+def _missing(record: Record, motion: MotionCoverage) -> list[Finding]:
     """What this motion cannot show, and what motion would."""
     texts = []
     low, middle, high = motion.amplitudes
-    if motion.reversals < 3:
+    if motion.reversals < FEWEST_REVERSALS:
         texts.append(f"{motion.reversals} reversals: a loop is not repeated; drive at least two whole periods")
     if len(motion.frequencies) == 1:
         texts.append(
             f"one frequency only ({motion.frequencies[0]:.3g} Hz): rate dependence, delay and "
             "inertia cannot be told apart; add a run at three times the speed or a multi-sine"
         )
-    if motion.reversals >= 3 and low > 0.8 * high:
+    if motion.reversals >= FEWEST_REVERSALS and low > INNER_LOOP_SHARE * high:
         texts.append(
             f"all half strokes are near {shown(middle, motion.unit)}: no inner loops, so memory of earlier "
             "reversals is not seen; add smaller strokes about several positions"
@@ -147,12 +154,12 @@ def _missing(record: Record, motion: Motion) -> list[Finding]:
     loads = [c for c in ("tau_out", "tau_load", "T_load", "T_out", "T_in", "tau_in", "tau", "F") if c in record.columns]
     if not loads:
         texts.append("no force or torque in the log: friction and load dependence cannot be judged")
-    elif (spread := _load_spread(record.columns[loads[0]])) < 0.5:
+    elif (spread := _load_spread(record.columns[loads[0]])) < LOAD_VARIATION_SHARE:
         texts.append(
             f"{loads[0]} varies by {100 * spread:.0f} % of its size: load dependence is not seen; "
             "add a run with another load"
         )
-    if motion.dwell < 2.0:
+    if motion.dwell < LONG_REST_S:
         texts.append(
             f"no rest longer than {motion.dwell:.2g} s: creep and breakaway after a hold are not seen; "
             "add holds of 1 to 30 s"
@@ -182,7 +189,7 @@ def speed_and_acceleration(record: Record, name: str, cutoff: float | None = Non
 
 def _turning_points(x: FloatArray) -> NDArray[np.int64]:
     """Samples where the motion turns; wobble below 2 % of the range or three sensor steps is none."""
-    least = max(_TURN * float(np.ptp(x)), 3.0 * quantisation_step(x))
+    least = max(TURN_SHARE * float(np.ptp(x)), TURN_SENSOR_STEPS * quantisation_step(x))
     if least == 0.0:
         return np.empty(0, dtype=np.int64)
     up, _ = find_peaks(x, prominence=least)
@@ -199,10 +206,12 @@ def _spectrum(record: Record, name: str) -> tuple[FloatArray, FloatArray]:
 
 
 def _frequencies(record: Record, name: str) -> tuple[float, ...]:
-    """Lines of the spectrum above 3 % of the strongest's power, harmonics included, strongest first."""
+    """Lines of the spectrum above a part of the strongest's power, harmonics included, strongest first."""
     frequency, power = _spectrum(record, name)
     padded = np.concatenate(([0.0], power, [0.0]))
-    peaks, _ = find_peaks(padded, height=_LINE * float(power.max()), prominence=0.5 * _LINE * float(power.max()))
+    peaks, _ = find_peaks(
+        padded, height=LINE_POWER_SHARE * float(power.max()), prominence=0.5 * LINE_POWER_SHARE * float(power.max())
+    )
     strongest = peaks[np.argsort(-padded[peaks])][:5]
     return tuple(_between(frequency, power, int(k) - 1) for k in strongest)
 
