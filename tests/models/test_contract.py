@@ -135,7 +135,5 @@ def test_a_choice_out_of_bounds_is_told_with_the_names_of_all() -> None:
     class Chosen(NamedTuple):
         law: Annotated[int, Quantity("1", "law", lo=1, hi=3, choices=("plain", "exact", "mixed"))] = 1
 
-    with pytest.raises(
-        InputError, match=r"expected 1 \(plain\) or 2 \(exact\) or 3 \(mixed\) -- choose"
-    ):
+    with pytest.raises(InputError, match=r"expected 1 \(plain\) or 2 \(exact\) or 3 \(mixed\) -- choose"):
         check_bounds(variables(Chosen), (4,))
