@@ -4,6 +4,7 @@
 
    LIBPYTHON is loaded first, "-" for none. Each CALL prints itself and the status it got; log messages print as they come.
        logging=0|1            for the next instantiate
+       reload                 unload the library and load it again
        logger=0|1             whether the host has a logger
        instantiate setup enter exit terminate reset free
        step=TIME,STEP         doStep
@@ -38,7 +39,8 @@ static int (*step)(Unit, double, double, int);
 static int (*set_real)(Unit, const unsigned *, size_t, const double *);
 static int (*get_real)(Unit, const unsigned *, size_t, double *);
 static void (*release)(Unit);
-static const char *guid, *uri;
+static const char *guid, *uri, *path;
+static void *library;
 static int logging = 0, told = 1;
 
 static void log_line(void *environment, const char *name, int status, const char *category, const char *text, ...) {
@@ -55,7 +57,7 @@ static void log_line(void *environment, const char *name, int status, const char
 
 static Callbacks callbacks = {log_line, calloc, free, NULL, NULL};
 
-static void *found(void *library, const char *name) {
+static void *found(const char *name) {
     void *symbol = dlsym(library, name);
     if (!symbol) {
         fprintf(stderr, "%s\n", dlerror());
@@ -64,22 +66,22 @@ static void *found(void *library, const char *name) {
     return symbol;
 }
 
-static void load(const char *path) {
-    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+static void load(void) {
+    library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!library) {
         printf("cannot load: %s\n", dlerror());
         exit(3);
     }
-    *(void **)&instantiate = found(library, "fmi2Instantiate");
-    *(void **)&setup = found(library, "fmi2SetupExperiment");
-    *(void **)&enter = found(library, "fmi2EnterInitializationMode");
-    *(void **)&leave = found(library, "fmi2ExitInitializationMode");
-    *(void **)&terminate = found(library, "fmi2Terminate");
-    *(void **)&reset = found(library, "fmi2Reset");
-    *(void **)&step = found(library, "fmi2DoStep");
-    *(void **)&set_real = found(library, "fmi2SetReal");
-    *(void **)&get_real = found(library, "fmi2GetReal");
-    *(void **)&release = found(library, "fmi2FreeInstance");
+    *(void **)&instantiate = found("fmi2Instantiate");
+    *(void **)&setup = found("fmi2SetupExperiment");
+    *(void **)&enter = found("fmi2EnterInitializationMode");
+    *(void **)&leave = found("fmi2ExitInitializationMode");
+    *(void **)&terminate = found("fmi2Terminate");
+    *(void **)&reset = found("fmi2Reset");
+    *(void **)&step = found("fmi2DoStep");
+    *(void **)&set_real = found("fmi2SetReal");
+    *(void **)&get_real = found("fmi2GetReal");
+    *(void **)&release = found("fmi2FreeInstance");
 }
 
 static long resident(void) {
@@ -182,6 +184,7 @@ static void call(Unit *unit, const char *text) {
     int status = -1;
     if (value) value++;
     if (!strncmp(text, "logging=", 8)) { logging = atoi(value); return; }
+    if (!strcmp(text, "reload")) { dlclose(library); load(); return; }
     if (!strncmp(text, "logger=", 7)) { callbacks.logger = atoi(value) ? log_line : NULL; return; }
     if (!strncmp(text, "refused=", 8)) { refused(*unit, atol(value)); return; }
     if (!strncmp(text, "threads=", 8)) { threads(value); return; }
@@ -214,7 +217,8 @@ int main(int many, char **words) {
     }
     guid = words[3];
     uri = words[4];
-    load(words[2]);
+    path = words[2];
+    load();
     for (int n = 5; n < many; n++) call(&unit, words[n]);
     return 0;
 }

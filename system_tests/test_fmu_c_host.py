@@ -70,6 +70,17 @@ def test_thirty_runs_of_threads_end_well(host):
     assert len(found) == 1
 
 
+def test_a_library_that_is_unloaded_and_loaded_again_starts_afresh(host):
+    run = (*START, f"set={X_IN},0.5", "step=0,0.1", f"get={X_OUT}", "terminate", "free")
+    lines = host(*run, "reload", f"threads=3,40,{X_IN},{X_OUT}", "reload", *run)
+    first, second = lines[: len(lines) // 2 - 1], lines[len(lines) // 2 + 2 :]
+    assert lines[len(first) : -len(second)] == [line for line in lines if line.startswith("thread 0")]
+    assert first == second
+    k = kernel(NAME)
+    expected = k.simulate(k.params(), np.array([0.0, 0.1]), np.array([[0.0], [0.5]]), compiled=False)[1, 0]
+    assert [float(line.split()[1]) for line in first if line.startswith("value")] == [expected]
+
+
 def test_an_instance_passed_from_thread_to_thread_keeps_no_memory_for_each(host):
     (line,) = host(f"passing=1200,{X_IN},{X_OUT}")
     worst, memory, total = re.fullmatch(r"passing (\d) (-?\d+) B (\S+)", line).groups()  # type: ignore[union-attr]
