@@ -139,3 +139,51 @@ def test_what_is_no_model_is_an_input_error(model, frame):
 def test_a_sample_that_is_not_there_is_named():
     with pytest.raises(tsm.InputError, match="sample 'triangle' -- expected one of sine, multisine"):
         tsm.sample("triangle")
+
+
+@pytest.fixture(scope="module")
+def loop(tmp_path_factory):
+    return tsm.run("mssp_feedforward", case=["periodic.law_1"], stop=2.0, out=tmp_path_factory.mktemp("run"))
+
+
+def test_run_returns_what_it_writes(loop):
+    written = tsm.read_record(loop.results)
+    frame = loop.to_frame()
+    assert frame.index[-1] == pytest.approx(2.0)
+    for name, values in written.columns.items():
+        np.testing.assert_allclose(values, frame[f"{name} [{written.units[name]}]"], rtol=1e-12)
+    assert loop.report.is_file()
+    assert "periodic.law_1" in loop.summary()
+    assert len(loop.figure().data) == 1
+
+
+def test_run_without_a_folder_gives_the_same_and_writes_nothing(loop, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    again = tsm.run("mssp_feedforward", case=["periodic.law_1"], stop=2.0)
+    pd.testing.assert_frame_equal(again.to_frame(), loop.to_frame())
+    assert again.results is None
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_sweep_is_run_at_each_point(loop):
+    grid = tsm.sweep("mssp_feedforward", {"load.k": [0.031, 0.077]}, case=["periodic.law_1"], stop=2.0)
+    alone = tsm.run("mssp_feedforward", case=["periodic.law_1"], stop=2.0, values={"load.k": 0.077})
+    table = grid.to_frame()
+    assert list(table["load.k [N.m/rad]"]) == [0.031, 0.077]
+    spread = alone.metrics["periodic"]["law_1"]["peak_to_peak_deg"]
+    assert table["periodic.law_1.peak_to_peak [deg]"].iloc[1] == pytest.approx(spread, rel=1e-12)
+    assert grid.failures == ()
+    assert len(grid.figure().data[0].x) == 2
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: tsm.run("ghost"), "'ghost' -- expected one of"),
+        (lambda: tsm.run("mssp_feedforward", case=["ghost"]), "case 'ghost'"),
+        (lambda: tsm.sweep("mssp_feedforward", {"ghost.k": [1.0]}), "'ghost.k' -- expected component.variable"),
+    ],
+)
+def test_a_system_that_is_not_there_is_named(call, message):
+    with pytest.raises(tsm.InputError, match=message):
+        call()

@@ -13,8 +13,12 @@ from .verbs.check import check as check
 from .verbs.export import export as export
 from .verbs.identify import IdentifyResult as IdentifyResult
 from .verbs.identify import identify as identify
+from .verbs.run import RunResult as RunResult
+from .verbs.run import run as run
 from .verbs.samples import sample as sample
 from .verbs.simulate import SimulateResult as SimulateResult
 from .verbs.simulate import simulate as simulate
+from .verbs.sweep import SweepResult as SweepResult
+from .verbs.sweep import sweep as sweep
 
 __version__: str

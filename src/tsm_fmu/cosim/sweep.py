@@ -128,6 +128,17 @@ def flat(metrics: Mapping[str, Any], path: tuple[str, ...] = ()) -> dict[str, fl
     return found
 
 
+def as_json(name: str, axes: Sequence[Axis], points: Sequence[Point], results: Path | None) -> dict[str, Any]:
+    """The object of ``sweep.json``; ``results`` is the table beside it."""
+    return {
+        "system": name,
+        "complete": len(points) == size(axes),
+        "vary": {axis.name: {"unit": axis.unit, "values": axis.values} for axis in axes},
+        "points": [asdict(point) for point in points],
+        "results": str(results) if results is not None else None,
+    }
+
+
 def write_sweep(out: Path, name: str, axes: Sequence[Axis], points: Sequence[Point]) -> dict[str, Any]:
     """Write ``sweep.csv`` and ``sweep.json`` and return the object of the latter.
 
@@ -140,13 +151,7 @@ def write_sweep(out: Path, name: str, axes: Sequence[Axis], points: Sequence[Poi
     header = [*(f"{axis.name} [{axis.unit}]" for axis in axes), *metrics]
     columns = [np.array([p.values[axis.name] for p in points]) for axis in axes]
     columns += [np.array([p.metrics.get(key, np.nan) for p in points]) for key in metrics]
-    data = {
-        "system": name,
-        "complete": whole,
-        "vary": {axis.name: {"unit": axis.unit, "values": axis.values} for axis in axes},
-        "points": [asdict(point) for point in points],
-        "results": str(out / f"{stem}.csv"),
-    }
+    data = as_json(name, axes, points, out / f"{stem}.csv")
     write_table(out / f"{stem}.csv", header, columns)
     (out / f"{stem}.json").write_text(json.dumps(finite(data), indent=2) + "\n", encoding="utf-8")
     for ending in ("csv", "json") if whole else ():

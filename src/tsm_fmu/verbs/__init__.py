@@ -3,3 +3,6 @@
 Each verb takes paths, records or DataFrames and returns a result object with ``summary()`` (text), ``to_frame()``
 (a DataFrame) and ``figure()`` (plotly). The command line parses, calls one of these, and prints.
 """
+
+TIME_LIMIT = 300.0
+"""Longest time of one call of an FMU in a process of its own [s]."""

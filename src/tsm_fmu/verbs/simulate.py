@@ -18,6 +18,7 @@ from ..logs.display import display
 from ..logs.record import Record, cutoff_note, kernel_inputs
 from ..models.contract import InputError
 from ..report.text import text_table
+from . import TIME_LIMIT
 from .models import ModelLike, chosen_model
 from .runs import RunLike, records_of
 
@@ -110,7 +111,7 @@ def simulate(
     values: Mapping[str, Value] | None = None,
     cutoff: float | None = None,
     isolate: bool | None = False,
-    time_limit: float = 300.0,
+    time_limit: float = TIME_LIMIT,
 ) -> SimulateResult:
     """Replay a measured run through an FMU, a model card or a model.
 

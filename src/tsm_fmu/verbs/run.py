@@ -1,0 +1,208 @@
+"""``run``: co-simulate a scenario or an SSP."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..cosim.cases import joined, run_cases, statistics
+from ..cosim.ssp import write_ssp
+from ..cosim.system_report import write_system_report
+from ..cosim.trajectory import SimulationInterrupted, SimulationStopped, Trajectory, write_trajectory
+from ..logs.display import display
+from ..models.contract import InputError
+from ..report.text import text_table
+from . import TIME_LIMIT
+from .systems import Opened, opened
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import plotly.graph_objects as go
+
+DECIMATED_ROWS = 2000
+"""The common results file of a scenario has about this many rows; statistics use all."""
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """A co-simulation; see `run`.
+
+    Attributes
+    ----------
+    name : str
+        The scenario, or the name of the SSP.
+    cases : mapping of str to Trajectory
+        Recorded signals by case.
+    metrics : mapping
+        Statistics of every signal by case, and the numbers that a scenario computes itself.
+    comparison : mapping
+        What the paper of a scenario prints beside them; empty for an SSP.
+    results, report : Path or None
+        What was written into the folder; None without one.
+    """
+
+    name: str
+    cases: Mapping[str, Trajectory]
+    metrics: Mapping[str, Any]
+    comparison: Mapping[str, Any]
+    results: Path | None = None
+    report: Path | None = None
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """What the FMUs logged above the status OK, each once."""
+        return tuple(dict.fromkeys(message for run in self.cases.values() for message in run.messages))
+
+    def summary(self) -> str:
+        """Statistics of the signals, and the numbers of the scenario, as text."""
+        parts = []
+        if signals := _rows(self.metrics, ()):
+            rows = [(n, *(f"{s[k]:.5g}" for k in ("mean", "std", "peak_to_peak")), unit) for n, unit, s in signals]
+            parts.append(text_table(("signal", "mean", "std", "peak to peak", "unit"), rows))
+        if quantities := _quantities(self.metrics, ()):
+            parts.append(text_table(("case", "quantity", "value"), quantities))
+        return "\n\n".join(parts)
+
+    def to_frame(self, case: str | None = None) -> pd.DataFrame:
+        """Signals of a case over time, header cells ``component.variable [unit]``.
+
+        Parameters
+        ----------
+        case : str, optional
+            The first without it.
+        """
+        import pandas as pd
+
+        run = self._case(case)
+        columns = {f"{name} [{run.units[name]}]": values for name, values in run.columns.items()}
+        return pd.DataFrame(columns, index=pd.Index(run.time, name="time [s]"))
+
+    def figure(self, signal: str | None = None) -> go.Figure:
+        """One signal over time, all cases in one picture.
+
+        Parameters
+        ----------
+        signal : str, optional
+            ``component.variable``; without it the first.
+        """
+        from ..report.figures import Line, time_figure
+
+        name = signal or next(iter(self._case(None).columns))
+        units = [run.units[name] for run in self.cases.values() if name in run.columns]
+        if not units:
+            raise InputError(f"signal {name!r} -- expected one of {', '.join(self._case(None).columns)} -- correct it")
+        show = display(units[0])
+        lines = [
+            Line(case, run.time, show.factor * run.columns[name])
+            for case, run in self.cases.items()
+            if name in run.columns
+        ]
+        return time_figure(lines, name, show.unit)
+
+    def as_json(self) -> dict[str, Any]:
+        """The JSON contract of ``run``."""
+        written = {"results": str(self.results), "report": str(self.report)} if self.results else {}
+        return {"metrics": {**self.metrics, **self.comparison}, **written}
+
+    def _case(self, case: str | None) -> Trajectory:
+        name = next(iter(self.cases)) if case is None else case
+        if name not in self.cases:
+            raise InputError(f"case {name!r} -- expected one of {', '.join(self.cases)} -- correct the name")
+        return self.cases[name]
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{self.summary()}</pre>"
+
+
+def run(
+    what: str | os.PathLike[str],
+    *,
+    out: str | os.PathLike[str] | None = None,
+    values: Mapping[str, object] | None = None,
+    case: Sequence[str] = (),
+    stop: float | None = None,
+    step: float | None = None,
+    jacobi: bool = False,
+    isolate: bool | None = None,
+    time_limit: float = TIME_LIMIT,
+    progress: bool = False,
+) -> RunResult:
+    """Co-simulate a scenario or an SSP.
+
+    Parameters
+    ----------
+    what : str or Path
+        Name of a scenario, or a file that ends in ``.ssp``.
+    out : str or Path, optional
+        Folder for results, report and the system as ``.ssp``; nothing is written without it.
+    values : mapping of str to value, optional
+        Start values by ``component.variable``.
+    case : sequence of str
+        Cases to run; all without it.
+    stop, step : float, optional
+        Stop time and communication step [s]; those of the system without them.
+    jacobi : bool
+        Exchange all values at once, not in order of the signals (Gauss-Seidel).
+    isolate : bool, optional
+        Simulate in a process of its own; without it if an FMU is not ours.
+    time_limit : float
+        Longest time of one call of an FMU there [s].
+    progress : bool
+        Show a bar on a terminal.
+
+    Returns
+    -------
+    RunResult
+
+    Raises
+    ------
+    InputError
+        No such scenario, file, case or start value, or times that do not fit.
+    SimulationStopped, SimulationInterrupted
+        With the rows until then, kept in ``out`` if that is given.
+    """
+    folder = None if out is None else Path(out)
+    with opened(what, folder, values or {}, case, stop, step, jacobi, isolate, time_limit) as system:
+        try:
+            runs = run_cases(system.cases, record=system.record, progress=progress, simulate=system.simulate)
+        except (SimulationStopped, SimulationInterrupted) as early:
+            raise (early if folder is None else early.keep(folder / "results.csv")) from early
+        metrics = statistics(system.cases, runs, system.quantities)
+        comparison = {} if system.scenario is None else system.scenario.comparison(system.cases)
+        result = RunResult(system.name, runs, metrics, comparison)
+        return result if folder is None else _written(result, system, folder)
+
+
+def _written(result: RunResult, system: Opened, folder: Path) -> RunResult:
+    rows = min(run.time.size for run in result.cases.values())
+    decimation = max(1, rows // DECIMATED_ROWS) if len(result.cases) > 1 else 1
+    results = write_trajectory(folder / "results.csv", joined(result.cases, decimation))
+    write_ssp(folder / f"{system.name}.ssp", system.cases)
+    page = folder / "report.html"
+    if system.scenario is None:
+        report = write_system_report(page, system.name, system.cases, result.cases)
+    else:
+        report = system.scenario.write_scenario_report(page, result.cases, result.metrics, result.comparison)
+    return RunResult(result.name, result.cases, result.metrics, result.comparison, results, report)
+
+
+def _rows(metrics: Mapping[str, Any], path: tuple[str, ...]) -> list[tuple[str, str, Mapping[str, float]]]:
+    """Tracking errors of the cases, or all signals of a case without any number of its own."""
+    if "peak_to_peak_deg" in metrics:
+        return [(".".join(path), "deg", {k: metrics[f"{k}_deg"] for k in ("mean", "std", "peak_to_peak")})]
+    if "peak_to_peak" in metrics:
+        return [(".".join(path), str(metrics["unit"]), metrics)]
+    if "signals" in metrics:
+        return []
+    return [row for k, v in metrics.items() if isinstance(v, Mapping) for row in _rows(v, (*path, k))]
+
+
+def _quantities(metrics: Mapping[str, Any], path: tuple[str, ...]) -> list[tuple[str, str, str]]:
+    """Numbers that a scenario computes itself: case, name with unit, value."""
+    if "signals" in metrics:
+        own = {k: v for k, v in metrics.items() if isinstance(v, float) and not k.endswith(("_deg", "_s"))}
+        return [(".".join(path), name, f"{value:.5g}") for name, value in own.items()]
+    return [row for k, v in metrics.items() if isinstance(v, Mapping) for row in _quantities(v, (*path, k))]

@@ -1,0 +1,183 @@
+"""``sweep``: a scenario or an SSP at every point of a grid of start values."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .. import __version__
+from ..cosim import sweep as sweeping
+from ..cosim.master import bar
+from ..cosim.point_file import PointFile
+from ..cosim.sweep import Axis, Point
+from ..cosim.sweep_report import sweep_section
+from ..models.contract import InputError
+from ..report import write_report
+from ..report.text import text_table
+from . import TIME_LIMIT
+from .systems import opened
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import plotly.graph_objects as go
+
+SHOWN = 4
+"""Columns of numbers that a summary shows; the table has all."""
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """A grid of co-simulations; see `sweep`.
+
+    Attributes
+    ----------
+    name : str
+        The scenario, or the name of the SSP.
+    axes : tuple of Axis
+        What was varied.
+    points : tuple of Point
+        The last axis fastest.
+    results, report : Path or None
+        What was written into the folder; None without one.
+    """
+
+    name: str
+    axes: tuple[Axis, ...]
+    points: tuple[Point, ...]
+    results: Path | None = None
+    report: Path | None = None
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """One line for each point that failed: where, and why."""
+        return tuple(
+            f"{', '.join(f'{name} = {value:g}' for name, value in point.values.items())}: {point.failed}"
+            for point in self.points
+            if point.failed
+        )
+
+    def summary(self) -> str:
+        """The points with their first numbers as text."""
+        metrics = list(dict.fromkeys(key for point in self.points for key in point.metrics))[:SHOWN]
+        rows = [
+            [f"{v:.5g}" for v in point.values.values()]
+            + [f"{point.metrics[key]:.5g}" if key in point.metrics else "failed" for key in metrics]
+            for point in self.points
+        ]
+        return text_table([*(axis.name for axis in self.axes), *metrics], rows)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a point: varied values, all numbers, and why it failed (empty if it did not)."""
+        import pandas as pd
+
+        units = {axis.name: axis.unit for axis in self.axes}
+        rows = [
+            {f"{name} [{units[name]}]": value for name, value in point.values.items()}
+            | dict(point.metrics)
+            | {"failed": point.failed}
+            for point in self.points
+        ]
+        return pd.DataFrame(rows)
+
+    def figure(self, metric: str | None = None) -> go.Figure:
+        """One number over the first axis.
+
+        Parameters
+        ----------
+        metric : str, optional
+            A column of `to_frame`; the first number without it.
+        """
+        from ..report.figures import Line, loop_figure
+
+        good = [point for point in self.points if not point.failed]
+        if not good:
+            raise InputError(f"sweep of {self.name} -- expected a point that did not fail -- see its failures")
+        key, axis = metric or next(iter(good[0].metrics)), self.axes[0]
+        lines = [Line(key, [p.values[axis.name] for p in good], [p.metrics[key] for p in good])]
+        return loop_figure(lines, f"{self.name}: {key}", f"{axis.name} [{axis.unit}]", key)
+
+    def as_json(self) -> dict[str, Any]:
+        """The JSON contract of ``sweep``."""
+        data = sweeping.as_json(self.name, self.axes, self.points, self.results)
+        return data if self.report is None else {**data, "report": str(self.report)}
+
+    def _repr_html_(self) -> str:
+        return self.to_frame().to_html(index=False)
+
+
+def sweep(
+    what: str | os.PathLike[str],
+    vary: Mapping[str, Sequence[float]],
+    *,
+    out: str | os.PathLike[str] | None = None,
+    values: Mapping[str, object] | None = None,
+    case: Sequence[str] = (),
+    stop: float | None = None,
+    step: float | None = None,
+    jacobi: bool = False,
+    isolate: bool | None = None,
+    time_limit: float = TIME_LIMIT,
+    progress: bool = False,
+    notes: Callable[[str], object] = lambda _: None,
+) -> SweepResult:
+    """Co-simulate at every point of a grid; a point that fails says why, and the rest goes on.
+
+    Parameters
+    ----------
+    what : str or Path
+        Name of a scenario, or a file that ends in ``.ssp``.
+    vary : mapping of str to sequence of float
+        Values by ``component.variable``; the grid is their product.
+    out : str or Path, optional
+        Folder for table and report; points are kept there as they are found, so that a killed sweep goes on.
+    values, case, stop, step, jacobi, isolate, time_limit, progress
+        As in `run`.
+    notes : callable
+        Told how many points were kept from before.
+
+    Returns
+    -------
+    SweepResult
+
+    Raises
+    ------
+    InputError
+        As in `run`; an axis that no system has; all points failed.
+    """
+    folder = None if out is None else Path(out)
+    with opened(what, folder, values or {}, case, stop, step, jacobi, isolate, time_limit) as system:
+        axes = sweeping.grid(system.cases, vary)
+        kept = None
+        if folder is not None:
+            folder.mkdir(parents=True, exist_ok=True)
+            kept = PointFile(folder / "sweep.points.jsonl", system.cases, axes, system.record)
+        points: list[Point] = [] if kept is None else kept.points
+        if points:
+            notes(f"{len(points)} of {sweeping.size(axes)} points kept from a sweep that did not end")
+        try:
+            with bar(progress, f"sweep {system.name}", sweeping.size(axes)) as advance:
+                for point in sweeping.sweep(
+                    system.cases, axes, record=system.record, quantities=system.quantities, simulate=system.simulate,
+                    begin=len(points),
+                ):  # fmt: skip
+                    points.append(point) if kept is None else kept.add(point)
+                    advance(len(points))
+        except KeyboardInterrupt:
+            if not points or folder is None:
+                raise
+            data = sweeping.write_sweep(folder, system.name, axes, points)
+            raise KeyboardInterrupt(f"interrupted; {len(points)} points kept in {data['results']}") from None
+        name = system.name
+    if kept is not None:
+        kept.finish()
+    if all(point.failed for point in points):
+        raise InputError(f"all {len(points)} points failed, the first: {points[0].failed}")
+    if folder is None:
+        return SweepResult(name, tuple(axes), tuple(points))
+    data = sweeping.write_sweep(folder, name, axes, points)
+    section = sweep_section(data)
+    report = write_report(folder / "report.html", section.title, section.text, [section], {"tsm-fmu": __version__})
+    return SweepResult(name, tuple(axes), tuple(points), Path(data["results"]), report)

@@ -1,0 +1,96 @@
+"""What `run` and `sweep` take: a scenario by name or an SSP, as systems that are ready to run."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import ModuleType
+from typing import Any
+
+from ..cosim.cases import chosen, with_values
+from ..cosim.isolation import simulation
+from ..cosim.master import number_of_steps
+from ..cosim.ssp import Case, open_ssp
+from ..cosim.trajectory import Trajectory
+from ..fmu.build import build_fmu
+from ..kernels.kernel import kernel
+from ..models.contract import InputError
+from ..scenarios import SCENARIOS
+
+
+@dataclass(frozen=True)
+class Opened:
+    """Systems ready to run: the scenario they are from (None for an SSP), and what of them is recorded (None: all).
+
+    ``simulate`` is `simulate_system`, here or in a process of its own.
+    """
+
+    name: str
+    cases: Mapping[str, Case]
+    record: Sequence[str] | None
+    scenario: ModuleType | None
+    simulate: Callable[..., Trajectory]
+
+    @property
+    def quantities(self) -> Any:
+        """The numbers that a scenario computes itself; None without any."""
+        return getattr(self.scenario, "quantities", None)
+
+
+@contextmanager
+def opened(
+    what: str | os.PathLike[str],
+    out: Path | None,
+    values: Mapping[str, object],
+    case: Sequence[str],
+    stop: float | None,
+    step: float | None,
+    jacobi: bool,
+    isolate: bool | None,
+    time_limit: float,
+) -> Iterator[Opened]:
+    """The systems with their start values and timing; without ``out`` their FMUs exist as long as the context.
+
+    Raises
+    ------
+    InputError
+        No such scenario, file, case or start value, times that do not fit, or a folder that is a file: found before
+        FMUs are built.
+    """
+    what = os.fspath(what)
+    if out is not None and out.exists() and not out.is_dir():
+        raise InputError(f"--out {out} is a file -- expected a folder -- choose another")
+    scenario = SCENARIOS.get(what)
+    timing: dict[str, Any] = {k: v for k, v in (("stop", stop), ("step", step)) if v is not None}
+    if jacobi:
+        timing["method"] = "jacobi"
+    with ExitStack() as stack:
+        if scenario is not None:
+            folder = out or Path(stack.enter_context(TemporaryDirectory(prefix="tsm-fmu-")))
+            paths = {model: folder / "fmus" / f"{model}.fmu" for model in scenario.FMUS}
+            cases, record = scenario.cases(paths), scenario.RECORD
+        elif what.endswith(".ssp"):
+            cases, record = stack.enter_context(open_ssp(Path(what))), None
+        else:
+            raise InputError(
+                f"{what!r} -- expected one of {', '.join(SCENARIOS)} or a file that ends in .ssp -- correct the name"
+            )
+        cases = with_values(chosen(cases, case), {name: str(value) for name, value in values.items()})
+        cases = {name: (system, replace(experiment, **timing)) for name, (system, experiment) in cases.items()}
+        for _, experiment in cases.values():
+            number_of_steps(experiment.start, experiment.stop, experiment.step)
+        fmus = {c.fmu for system, _ in cases.values() for c in system.components}
+        if scenario is not None:
+            _build(fmus)
+        there = stack.enter_context(simulation(fmus, isolate, time_limit))
+        name = what if scenario is not None else Path(what).name.removesuffix(".ssp")
+        yield Opened(name, cases, record, scenario, there.simulate_system)
+
+
+def _build(fmus: Iterable[Path]) -> None:
+    for fmu in sorted(fmus):
+        build_fmu(kernel(fmu.stem), fmu.parent)
