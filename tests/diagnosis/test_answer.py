@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from tsm_fmu.diagnosis.answer.sentence import answer, best_wrong, leading_channel, place_text
-from tsm_fmu.diagnosis.choice.excitation import EXCITATION, words
 from tsm_fmu.diagnosis.evidence import (
     Candidate,
     ChannelError,
@@ -20,7 +19,6 @@ from tsm_fmu.diagnosis.evidence import (
     ResidualShape,
 )
 from tsm_fmu.diagnosis.result import Diagnosis
-from tsm_fmu.effects import EFFECTS
 
 AFTER = Place("tau_in", "distance since reversal", "rad", (0.001, 0.1396), 0.714, 0.22, 0.6, 0.05, 1e-6, True)
 BAND = Place("tau_in", "frequency", "Hz", (0.2, 0.8), 0.95, 0.4, 0.7, 0.05, 1e-6, True)
@@ -194,12 +192,3 @@ def test_best_wrong_is_none_of_the_answer() -> None:
     hidden = (*listed, candidate("wear", 0.9, 0.1, testable=False))
     assert best_wrong(found("named", effects=("inertia",), candidates=hidden)) is listed[2]
     assert best_wrong(found("ambiguous", equivalent=(("inertia", "delay"),), candidates=listed)) is listed[1]
-
-
-def test_every_effect_has_words_and_a_motion_that_shows_it() -> None:
-    assert set(EXCITATION) == {m.NAME for m in EFFECTS}
-    assert len({e.words for e in EXCITATION.values()}) == len(EXCITATION)
-    for e in EXCITATION.values():
-        assert len(e.shown_by.split()) >= 4
-        assert "_" not in e.words
-    assert words("backlash@x_out") == "backlash in x_out"

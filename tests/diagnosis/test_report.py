@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 from tsm_fmu.card import read_card
-from tsm_fmu.diagnosis.choice.excitation import words
 from tsm_fmu.diagnosis.evidence import Gap
 from tsm_fmu.diagnosis.report.page import _closed, _gaps, value_text
 from tsm_fmu.diagnosis.report.write import write_diagnosis
 from tsm_fmu.diagnosis.result import Diagnosis
 from tsm_fmu.diagnosis.workflow import diagnose
+from tsm_fmu.effects import words
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record
 
@@ -160,12 +160,12 @@ def test_shares_closed_are_no_odd_percentages(shares: tuple[float, float] | None
 
 
 def test_only_effects_without_a_place_lack_a_motion(written: tuple[Path, dict]) -> None:
-    from tsm_fmu.diagnosis.choice.excitation import EXCITATION
+    from tsm_fmu.effects import about
 
     path, data = written
     text = path.read_text(encoding="utf-8")
     for name in data["not_excited"]:
-        assert EXCITATION[name].shown_by in text or EXCITATION[name].words in text
+        assert about(name).shown_by in text or about(name).words in text
     assert "which have no place in LuGreFriction with these channels" in text  # no position, no load, no bending
 
 

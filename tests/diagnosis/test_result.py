@@ -87,13 +87,11 @@ def test_the_data_know_nothing_of_how_they_were_found() -> None:
         assert own <= {".evidence"}
     order = {"runs": 0, "residual": 1, "fits": 1, "choice": 2, "answer": 3, "report": 4}
     for path in sorted(root.rglob("*.py")):
-        text = re.sub("from ..choice.(lookalikes|supported) .*", "", path.read_text(encoding="utf-8"))
+        text = re.sub("from ..choice.supported .*", "", path.read_text(encoding="utf-8"))
         assert "TYPE_CHECKING" not in text, path
         room = path.parent.name
         if room in order:
             for other, floor in order.items():
-                upward = f"from ..{other}" in text.replace("from ..choice.lookalikes", "").replace(
-                    "from ..choice.supported", ""
-                )
+                upward = f"from ..{other}" in text.replace("from ..choice.supported", "")
                 assert not upward or floor <= order[room], f"{path} imports {other}"
             assert "from ..workflow" not in text, path

@@ -11,13 +11,11 @@ import pytest
 from tsm_fmu.diagnosis.answer.gaps import closure
 from tsm_fmu.diagnosis.choice.floors import white_noise
 from tsm_fmu.diagnosis.fits.refit import Task, as_given, refit
-from tsm_fmu.diagnosis.fits.response import sizes_of
 from tsm_fmu.diagnosis.residual.locate import benjamini_hochberg, locate
 from tsm_fmu.diagnosis.residual.structure import predictable_share
 from tsm_fmu.diagnosis.runs.gate import gate
 from tsm_fmu.diagnosis.runs.motion_signals import coordinates_of
 from tsm_fmu.diagnosis.runs.thinning import thinned
-from tsm_fmu.kernels.chain import attach
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record
 from tsm_fmu.models.contract import InputError
@@ -164,13 +162,6 @@ def test_closure_by_hand() -> None:
     assert closure(np.array([9.0]), np.array([9.0]), np.array([3.0])) is None
     two = np.array([25.0, 8.0]), np.array([16.0, 8.0]), np.array([3.0, 2.0])  # the weights are 1/9 and 1/4
     assert closure(*two) == pytest.approx(1.0 - (7.0 / 9.0 + 1.0) / (16.0 / 9.0 + 1.0))
-
-
-def test_sizes_take_an_effect_out_of_neutral_and_shapes_do_not() -> None:
-    base = kernel("TendonDrive")
-    assert sizes_of(attach(base, "stribeck").module) == ("dF",)
-    assert set(sizes_of(attach(base, "offset_drift@x_out").module)) == {"b", "c"}
-    assert sizes_of(attach(base, "thermal").module) == ("d",)
 
 
 def test_gate_refuses_a_drive_that_stands_still() -> None:

@@ -61,14 +61,14 @@ def _effects(effects: Sequence[Kernel]) -> Table:
         table.add_column(heading)
     for k in effects:
         names = ", ".join(f"{v.name} [{v.quantity.unit}]" for v in k.parameters)
-        table.add_row(k.name, ", ".join(k.module.PLACES), k.module.SIGNATURE, escape(names))
+        table.add_row(k.name, ", ".join(k.module.ABOUT.places), k.module.ABOUT.signature, escape(names))
     return table
 
 
 def _described_effect(k: Kernel) -> dict[str, Any]:
     """An effect's units are relative: {F} the friction, {load} the load, {x} the input motion, {y} its channel."""
     parameters = [_variable(v) for v in k.parameters]
-    return {"places": list(k.module.PLACES), "signature": k.module.SIGNATURE, "parameters": parameters}
+    return {"places": list(k.module.ABOUT.places), "signature": k.module.ABOUT.signature, "parameters": parameters}
 
 
 def _described(k: Kernel) -> dict[str, Any]:

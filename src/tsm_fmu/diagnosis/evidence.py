@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from numpy import float64
 from numpy.typing import NDArray
 
-from ..kernels.chain import id_of
+from ..effects import id_of
 from ..logs.record import Record
 
 FloatArray = NDArray[float64]

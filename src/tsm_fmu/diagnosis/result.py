@@ -13,7 +13,7 @@ import pandas as pd
 import plotly.graph_objects as go
 
 from ..card import ModelCard
-from ..kernels.chain import id_of
+from ..effects import id_of
 from ..logs.display import display
 from ..report import bar_figure
 from .evidence import (

@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..card import RecordUsed
-from ..effects import EFFECTS
+from ..effects import EFFECTS, id_of
 from ..effects.coordinates import ANGLE
-from ..kernels.chain import id_of
 from ..kernels.kernel import Kernel
 from ..logs.record import Record
 from ..regression.problem import FitRun

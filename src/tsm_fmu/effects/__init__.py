@@ -1,63 +1,103 @@
-"""The effects, one file each. `EFFECTS` is the registry: tests, chains, diagnosis and command line iterate over it."""
+"""The effects, one file each, and look-ups of what their files say.
 
-from . import (
-    acceleration_branches,
-    backlash,
-    bend_angle,
-    breakaway_ageing,
-    coulomb,
-    creep,
-    delay,
-    direction_asymmetry,
-    drive_direction,
-    drum_periodic,
-    friction_lag,
-    gain_error,
-    inertia,
-    load_dependence,
-    nonlocal_memory,
-    offset_drift,
-    presliding_shape,
-    quantisation,
-    sensor_lag,
-    slack,
-    smooth_backlash,
-    stiffness_hardening,
-    stribeck,
-    tendon_elasticity,
-    thermal,
-    viscous,
-    wear,
-    winding_crossover,
+`EFFECTS` is the registry: chains, diagnosis, command line and tests iterate over it, and nothing outside this folder
+names an effect. One is given as ``id``, or as ``id@channel`` with its place: a *spec*.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cache
+from importlib import import_module
+from types import ModuleType
+from typing import get_type_hints
+
+from .about import AsNuisance, Effect, Read, Shape, Size
+
+EFFECTS: tuple[ModuleType, ...] = tuple(
+    import_module(f"{__name__}.{name}")
+    for name in (
+        "coulomb",
+        "viscous",
+        "stribeck",
+        "acceleration_branches",
+        "inertia",
+        "friction_lag",
+        "presliding_shape",
+        "nonlocal_memory",
+        "breakaway_ageing",
+        "load_dependence",
+        "bend_angle",
+        "drive_direction",
+        "direction_asymmetry",
+        "offset_drift",
+        "gain_error",
+        "backlash",
+        "smooth_backlash",
+        "tendon_elasticity",
+        "stiffness_hardening",
+        "slack",
+        "creep",
+        "thermal",
+        "wear",
+        "drum_periodic",
+        "winding_crossover",
+        "delay",
+        "sensor_lag",
+        "quantisation",
+    )
 )
 
-EFFECTS = (
-    coulomb,
-    viscous,
-    stribeck,
-    acceleration_branches,
-    inertia,
-    friction_lag,
-    presliding_shape,
-    nonlocal_memory,
-    breakaway_ageing,
-    load_dependence,
-    bend_angle,
-    drive_direction,
-    direction_asymmetry,
-    offset_drift,
-    gain_error,
-    backlash,
-    smooth_backlash,
-    tendon_elasticity,
-    stiffness_hardening,
-    slack,
-    creep,
-    thermal,
-    wear,
-    drum_periodic,
-    winding_crossover,
-    delay,
-    sensor_lag,
-    quantisation,
-)
+
+def id_of(spec: str) -> str:
+    """Id of an effect given as ``id`` or ``id@channel``."""
+    return spec.partition("@")[0]
+
+
+def effect_of(spec: str) -> ModuleType:
+    """File of an effect."""
+    return next(module for module in EFFECTS if module.NAME == id_of(spec))
+
+
+def about(spec: str) -> Effect:
+    """What the file of an effect says of it."""
+    return effect_of(spec).ABOUT
+
+
+def words(spec: str) -> str:
+    """Name of an effect in a sentence; ``id@channel`` says the channel."""
+    channel = spec.partition("@")[2]
+    return f"{about(spec).words} in {channel}" if channel else about(spec).words
+
+
+def looks_like(spec: str, others: Iterable[str]) -> bool:
+    """Whether an effect hides behind one of others, by what the file of either says."""
+    return any(id_of(other) in about(spec).looks_like or id_of(spec) in about(other).looks_like for other in others)
+
+
+@cache
+def roles_of(module: ModuleType) -> dict[str, Size | Shape | Read]:
+    """Role of each parameter of an effect, by public name."""
+    hints = get_type_hints(module.Params, include_extras=True)
+    roles = {field.rstrip("_"): role for field, hint in hints.items() for role in hint.__metadata__[1:]}
+    missing = [
+        field for field in module.Params._fields if not isinstance(roles.get(field.rstrip("_")), Size | Shape | Read)
+    ]
+    if missing:
+        raise TypeError(f"{module.__name__}.Params: {', '.join(missing)} without a Size, Shape or Read")
+    return roles
+
+
+def sizes_of(module: ModuleType) -> dict[str, Size]:
+    """Parameters that alone take an effect out of neutral."""
+    return {name: role for name, role in roles_of(module).items() if isinstance(role, Size)}
+
+
+def sizes_as(module: ModuleType, use: AsNuisance) -> list[str]:
+    """Sizes that do that where the effect is a nuisance."""
+    return [name for name, size in sizes_of(module).items() if size.as_nuisance == use]
+
+
+def shapes_of(module: ModuleType) -> dict[str, Shape]:
+    """Parameters that do nothing without a size."""
+    return {name: role for name, role in roles_of(module).items() if isinstance(role, Shape)}

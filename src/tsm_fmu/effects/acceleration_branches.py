@@ -13,17 +13,24 @@ import math
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Shape, Size
 
 NAME = "acceleration_branches"
-PLACES = ("friction",)
-SIGNATURE = "accelerating and decelerating branch differ"
+ABOUT = Effect(
+    words="branches of friction for acceleration and deceleration",
+    signature="accelerating and decelerating branch differ",
+    shown_by="the same speeds reached speeding up and slowing down: sines of two frequencies over one stroke",
+    places=("friction",),
+)
 
 
 class Params(NamedTuple):
-    dF_p: Annotated[float, Quantity("{F}", "difference of the branches in pull, Eq (1)")] = 0.0
-    dF_n: Annotated[float, Quantity("{F}", "difference of the branches in release, Eq (1)")] = 0.0
+    dF_p: Annotated[float, Quantity("{F}", "difference of the branches in pull, Eq (1)"), Size()] = 0.0
+    dF_n: Annotated[float, Quantity("{F}", "difference of the branches in release, Eq (1)"), Size()] = 0.0
     a_0: Annotated[
-        float, Quantity("{x}/s2", "acceleration at which the branches have parted, Eq (1)", lo=0.0, open_lo=True)
+        float,
+        Quantity("{x}/s2", "acceleration at which the branches have parted, Eq (1)", lo=0.0, open_lo=True),
+        Shape("acceleration", 0.1, 3.2),
     ] = 1.0
 
 

@@ -12,15 +12,21 @@ Source: Tao and Kokotovic (1996); effects.md 1, `backlash`.
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Size
 
 NAME = "backlash"
-PLACES = ("output", "input")
-MOTION_ONLY = True  # among outputs, it makes sense on a position
-SIGNATURE = "flat after reversal, width speed-independent"
+ABOUT = Effect(
+    words="backlash",
+    signature="flat after reversal, width speed-independent",
+    shown_by="slow strokes wider than the gap, and some within it",
+    places=("output", "input"),
+    looks_like=("presliding_shape", "tendon_elasticity", "delay"),
+    motion_only=True,
+)
 
 
 class Params(NamedTuple):
-    w: Annotated[float, Quantity("{y}", "half the gap, Eq (1)", lo=0.0)] = 0.0
+    w: Annotated[float, Quantity("{y}", "half the gap, Eq (1)", lo=0.0), Size(first=1e-3)] = 0.0
 
 
 NEUTRAL = Params()

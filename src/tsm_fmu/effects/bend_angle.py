@@ -11,14 +11,19 @@ The linear form of exp(mu Theta). Source: capstan law; AME 2020 Eqs (14)-(16); e
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Size
 
 NAME = "bend_angle"
-PLACES = ("friction",)
-SIGNATURE = "changes with sheath angle"
+ABOUT = Effect(
+    words="bend-dependent friction",
+    signature="changes with sheath angle",
+    shown_by="the same motion at several sheath angles, Theta recorded",
+    places=("friction",),
+)
 
 
 class Params(NamedTuple):
-    mu: Annotated[float, Quantity("{F}/({load}.rad)", "friction coefficient, Eq (1)", lo=0.0)] = 0.0
+    mu: Annotated[float, Quantity("{F}/({load}.rad)", "friction coefficient, Eq (1)", lo=0.0), Size()] = 0.0
 
 
 NEUTRAL = Params()

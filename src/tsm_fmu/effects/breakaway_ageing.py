@@ -19,17 +19,31 @@ from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
 from ..models.laws.lugre import bristle_after
+from .about import Effect, Shape, Size
 
 NAME = "breakaway_ageing"
-PLACES = ("friction",)
-SIGNATURE = "first peak grows with log of the hold"
+ABOUT = Effect(
+    words="break-away that grows with rest",
+    signature="first peak grows with log of the hold",
+    shown_by="slide, hold 0.1 s to 30 s, slide again",
+    places=("friction",),
+    looks_like=("stribeck",),
+)
 
 
 class Params(NamedTuple):
-    B: Annotated[float, Quantity("{F}", "strengthening per e-fold of contact time, Eq (3)", lo=0.0)] = 0.0
-    D_c: Annotated[float, Quantity("{x}", "travel that renews the contacts, Eq (1)", lo=0.0, open_lo=True)] = 0.01
-    theta_0: Annotated[float, Quantity("s", "contact time scale, Eq (1)", lo=0.0, open_lo=True)] = 0.1
-    rest: Annotated[float, Quantity("1", "share that shows at rest, Eq (3)", lo=0.0, hi=1.0)] = 0.0
+    B: Annotated[float, Quantity("{F}", "strengthening per e-fold of contact time, Eq (3)", lo=0.0), Size()] = 0.0
+    D_c: Annotated[
+        float,
+        Quantity("{x}", "travel that renews the contacts, Eq (1)", lo=0.0, open_lo=True),
+        Shape("stroke", 0.0032, 0.5),
+    ] = 0.01
+    theta_0: Annotated[
+        float, Quantity("s", "contact time scale, Eq (1)", lo=0.0, open_lo=True), Shape("time", 0.0032, 1.0)
+    ] = 0.1
+    rest: Annotated[
+        float, Quantity("1", "share that shows at rest, Eq (3)", lo=0.0, hi=1.0), Shape("number", 0.1, 1.0)
+    ] = 0.0
 
 
 NEUTRAL = Params()

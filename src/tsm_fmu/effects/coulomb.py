@@ -11,14 +11,19 @@ Source: Coulomb with the Dahl presliding state; effects.md 1, `coulomb`.
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Size
 
 NAME = "coulomb"
-PLACES = ("friction",)
-SIGNATURE = "step at reversal"
+ABOUT = Effect(
+    words="Coulomb friction",
+    signature="step at reversal",
+    shown_by="strokes with reversals at a speed well above standstill",
+    places=("friction",),
+)
 
 
 class Params(NamedTuple):
-    F_c: Annotated[float, Quantity("{F}", "dry friction level, Eq (1)", lo=0.0)] = 0.0
+    F_c: Annotated[float, Quantity("{F}", "dry friction level, Eq (1)", lo=0.0), Size()] = 0.0
 
 
 NEUTRAL = Params()

@@ -11,17 +11,25 @@ sees a spring k, a long hold none. Source: Maxwell element; effects.md 1, `creep
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Shape, Size
 from .lag import lagged
 
 NAME = "creep"
-PLACES = ("friction", "output")
-MOTION_ONLY = True  # among outputs, it makes sense on a position
-SIGNATURE = "drift at hold"
+ABOUT = Effect(
+    words="creep",
+    signature="drift at hold",
+    shown_by="steps of load or position, held for several times the time constant",
+    places=("friction", "output"),
+    looks_like=("inertia", "stiffness_hardening"),
+    motion_only=True,
+)
 
 
 class Params(NamedTuple):
-    k: Annotated[float, Quantity("{y}/({x})", "relaxing stiffness, Eq (1)")] = 0.0
-    tau: Annotated[float, Quantity("s", "relaxation time, Eq (1)", lo=0.0, open_lo=True)] = 1.0
+    k: Annotated[float, Quantity("{y}/({x})", "relaxing stiffness, Eq (1)"), Size(first=1e-3)] = 0.0
+    tau: Annotated[
+        float, Quantity("s", "relaxation time, Eq (1)", lo=0.0, open_lo=True), Shape("time", 0.0032, 1.0)
+    ] = 1.0
 
 
 NEUTRAL = Params()

@@ -12,20 +12,29 @@ Steps of equal length are assumed inside the buffer. Source: effects.md 1, `dela
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Size
 
 NAME = "delay"
-PLACES = ("output", "input")
-SIGNATURE = "phase proportional to frequency"
+ABOUT = Effect(
+    words="a delay",
+    signature="phase proportional to frequency",
+    shown_by="a frequency sweep, or fast motion with sharp corners",
+    places=("output", "input"),
+    looks_like=("backlash", "sensor_lag"),
+    fitted_as="delay",
+)
+
+
+KEPT = 64
+"""Steps of the signal that are kept."""
 
 
 class Params(NamedTuple):
-    T_d: Annotated[float, Quantity("s", "delay, Eq (1)", lo=0.0)] = 0.0
+    T_d: Annotated[float, Quantity("s", "delay, Eq (1)", lo=0.0), Size(most_steps=KEPT - 1)] = 0.0
 
 
 NEUTRAL = Params()
 
-
-KEPT = 64
 State = NamedTuple(
     "State",
     [(f"b_{k}", Annotated[float, Quantity("{y}", f"{k} steps ago")]) for k in range(KEPT)],  # pyright: ignore

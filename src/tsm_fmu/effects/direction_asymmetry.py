@@ -13,15 +13,23 @@ Source: effects.md 1, `direction_asymmetry`.
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Size
 
 NAME = "direction_asymmetry"
-PLACES = ("friction",)
-SIGNATURE = "F(+) differs from F(-)"
+ABOUT = Effect(
+    words="friction that differs between directions",
+    signature="F(+) differs from F(-)",
+    shown_by="half strokes both ways at several speeds, zero known",
+    places=("friction",),
+    looks_like=("offset_drift",),
+)
 
 
 class Params(NamedTuple):
-    eps: Annotated[float, Quantity("1", "relative difference, Eq (1)", lo=-1.0, hi=1.0)] = 0.0
-    df_v: Annotated[float, Quantity("{F}/({x}/s)", "half the difference of the viscous coefficients, Eq (1)")] = 0.0
+    eps: Annotated[float, Quantity("1", "relative difference, Eq (1)", lo=-1.0, hi=1.0), Size(first=1e-3)] = 0.0
+    df_v: Annotated[
+        float, Quantity("{F}/({x}/s)", "half the difference of the viscous coefficients, Eq (1)"), Size()
+    ] = 0.0
 
 
 NEUTRAL = Params()

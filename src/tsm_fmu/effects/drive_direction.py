@@ -12,15 +12,20 @@ Source: Rhoban's BAM models (directional load); effects.md 1, `drive_direction`.
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Size
 
 NAME = "drive_direction"
-PLACES = ("friction",)
-SIGNATURE = "depends on which side drives"
+ABOUT = Effect(
+    words="friction that depends on which side drives",
+    signature="depends on which side drives",
+    shown_by="a load that drives one way and brakes the other",
+    places=("friction",),
+)
 
 
 class Params(NamedTuple):
-    k_m: Annotated[float, Quantity("1", "weight of the drive torque, Eq (1)", lo=0.0)] = 0.0
-    k_e: Annotated[float, Quantity("1", "weight of the load, Eq (1)", lo=0.0)] = 0.0
+    k_m: Annotated[float, Quantity("1", "weight of the drive torque, Eq (1)", lo=0.0), Size()] = 0.0
+    k_e: Annotated[float, Quantity("1", "weight of the load, Eq (1)", lo=0.0), Size()] = 0.0
 
 
 NEUTRAL = Params()

@@ -13,22 +13,31 @@ import math
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Shape, Size
 
 NAME = "drum_periodic"
-PLACES = ("friction", "output", "input")
-SIGNATURE = "harmonics of the drum angle"
+ABOUT = Effect(
+    words="a ripple of the drum angle",
+    signature="harmonics of the drum angle",
+    shown_by="several turns of the drum, started at different angles",
+    places=("friction", "output", "input"),
+    looks_like=("stiffness_hardening",),
+    turns=1.25,
+)
 
 
 class Params(NamedTuple):
-    C_1: Annotated[float, Quantity("{y}", "cosine amplitude of harmonic 1, Eq (1)")] = 0.0
-    S_1: Annotated[float, Quantity("{y}", "sine amplitude of harmonic 1, Eq (1)")] = 0.0
-    C_2: Annotated[float, Quantity("{y}", "cosine amplitude of harmonic 2, Eq (1)")] = 0.0
-    S_2: Annotated[float, Quantity("{y}", "sine amplitude of harmonic 2, Eq (1)")] = 0.0
-    C_3: Annotated[float, Quantity("{y}", "cosine amplitude of harmonic 3, Eq (1)")] = 0.0
-    S_3: Annotated[float, Quantity("{y}", "sine amplitude of harmonic 3, Eq (1)")] = 0.0
-    r: Annotated[float, Quantity("{x}/rad", "input position per radian of the drum, Eq (1)", lo=0.0, open_lo=True)] = (
-        1.0
-    )
+    C_1: Annotated[float, Quantity("{y}", "cosine amplitude of harmonic 1, Eq (1)"), Size()] = 0.0
+    S_1: Annotated[float, Quantity("{y}", "sine amplitude of harmonic 1, Eq (1)"), Size()] = 0.0
+    C_2: Annotated[float, Quantity("{y}", "cosine amplitude of harmonic 2, Eq (1)"), Size()] = 0.0
+    S_2: Annotated[float, Quantity("{y}", "sine amplitude of harmonic 2, Eq (1)"), Size()] = 0.0
+    C_3: Annotated[float, Quantity("{y}", "cosine amplitude of harmonic 3, Eq (1)"), Size()] = 0.0
+    S_3: Annotated[float, Quantity("{y}", "sine amplitude of harmonic 3, Eq (1)"), Size()] = 0.0
+    r: Annotated[
+        float,
+        Quantity("{x}/rad", "input position per radian of the drum, Eq (1)", lo=0.0, open_lo=True),
+        Shape("radius", 1.0, 1.0),
+    ] = 1.0
 
 
 NEUTRAL = Params()

@@ -15,18 +15,28 @@ constant speed nothing is left after a few tau; what acts at once, the Stribeck 
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Shape, Size
 from .lag import lagged
 from .stribeck import excess
 
 NAME = "friction_lag"
-PLACES = ("friction",)
-SIGNATURE = "loop in F over v"
+ABOUT = Effect(
+    words="a lag of the friction behind the speed",
+    signature="loop in F over v",
+    shown_by="fast changes of speed without a reversal",
+    places=("friction",),
+)
 
 
 class Params(NamedTuple):
-    d: Annotated[float, Quantity("1", "share of the friction that comes late, Eq (2)", lo=0.0, hi=1.0)] = 0.0
-    v_s: Annotated[float, Quantity("{x}/s", "its speed, Eq (1)", lo=0.0, open_lo=True)] = 0.1
-    tau: Annotated[float, Quantity("s", "lag, Eq (1)", lo=0.0)] = 0.05
+    d: Annotated[
+        float, Quantity("1", "share of the friction that comes late, Eq (2)", lo=0.0, hi=1.0), Size(first=1e-3)
+    ] = 0.0
+    # friction lags where the motion is slow, within a small part of a run
+    v_s: Annotated[float, Quantity("{x}/s", "its speed, Eq (1)", lo=0.0, open_lo=True), Shape("speed", 0.025, 0.5)] = (
+        0.1
+    )
+    tau: Annotated[float, Quantity("s", "lag, Eq (1)", lo=0.0), Shape("time", 0.0001, 0.032)] = 0.05
 
 
 NEUTRAL = Params()

@@ -10,14 +10,19 @@ Limits: g = 0 changes nothing. Source: effects.md 1, `gain_error`.
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Size
 
 NAME = "gain_error"
-PLACES = ("output", "input")
-SIGNATURE = "proportional to the signal"
+ABOUT = Effect(
+    words="a gain error",
+    signature="proportional to the signal",
+    shown_by="strokes of several sizes; a known reference for scale",
+    places=("output", "input"),
+)
 
 
 class Params(NamedTuple):
-    g: Annotated[float, Quantity("1", "relative gain error, Eq (1)", lo=-0.9, hi=9.0)] = 0.0
+    g: Annotated[float, Quantity("1", "relative gain error, Eq (1)", lo=-0.9, hi=9.0), Size(first=1e-3)] = 0.0
 
 
 NEUTRAL = Params()

@@ -10,14 +10,20 @@ Limits: m = 0 changes nothing. Takes no energy over a closed cycle. Source: Newt
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Size
 
 NAME = "inertia"
-PLACES = ("friction",)
-SIGNATURE = "in phase with a"
+ABOUT = Effect(
+    words="inertia",
+    signature="in phase with a",
+    shown_by="one stroke at two frequencies or more, the fastest with high acceleration",
+    places=("friction",),
+    looks_like=("stiffness_hardening", "creep"),
+)
 
 
 class Params(NamedTuple):
-    m: Annotated[float, Quantity("{F}/({x}/s2)", "moved mass or inertia, Eq (1)", lo=0.0)] = 0.0
+    m: Annotated[float, Quantity("{F}/({x}/s2)", "moved mass or inertia, Eq (1)", lo=0.0), Size()] = 0.0
 
 
 NEUTRAL = Params()

@@ -13,14 +13,20 @@ Source: Euler-Eytelwein; Agrawal, Peine, Yao (IEEE T-RO 2010); effects.md 1, `lo
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Size
 
 NAME = "load_dependence"
-PLACES = ("friction",)
-SIGNATURE = "friction grows with tension or load"
+ABOUT = Effect(
+    words="load-dependent friction",
+    signature="friction grows with tension or load",
+    shown_by="the same motion under three loads or more, recorded",
+    places=("friction",),
+    looks_like=("thermal", "wear"),
+)
 
 
 class Params(NamedTuple):
-    k: Annotated[float, Quantity("{F}/({load})", "friction per load, Eq (1)", lo=0.0)] = 0.0
+    k: Annotated[float, Quantity("{F}/({load})", "friction per load, Eq (1)", lo=0.0), Size(first=1e-3)] = 0.0
 
 
 NEUTRAL = Params()

@@ -12,19 +12,37 @@ Source: Iwan (1966); Al-Bender, Lampaert, Swevers (2005); effects.md 1, `nonloca
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Shape, Size
 
 NAME = "nonlocal_memory"
-PLACES = ("friction",)
-SIGNATURE = "nested loops close"
+ABOUT = Effect(
+    words="hysteresis with non-local memory",
+    signature="nested loops close",
+    shown_by="nested reversals: small strokes in large ones",
+    places=("friction",),
+    looks_like=("tendon_elasticity",),
+)
 
 
 class Params(NamedTuple):
-    F_1: Annotated[float, Quantity("{F}", "strength of element 1, Eq (1)", lo=0.0)] = 0.0
-    F_2: Annotated[float, Quantity("{F}", "strength of element 2, Eq (1)", lo=0.0)] = 0.0
-    F_3: Annotated[float, Quantity("{F}", "strength of element 3, Eq (1)", lo=0.0)] = 0.0
-    x_1: Annotated[float, Quantity("{x}", "travel at which element 1 slides, Eq (1)", lo=0.0, open_lo=True)] = 0.01
-    x_2: Annotated[float, Quantity("{x}", "travel at which element 2 slides, Eq (1)", lo=0.0, open_lo=True)] = 0.04
-    x_3: Annotated[float, Quantity("{x}", "travel at which element 3 slides, Eq (1)", lo=0.0, open_lo=True)] = 0.16
+    F_1: Annotated[float, Quantity("{F}", "strength of element 1, Eq (1)", lo=0.0), Size()] = 0.0
+    F_2: Annotated[float, Quantity("{F}", "strength of element 2, Eq (1)", lo=0.0), Size()] = 0.0
+    F_3: Annotated[float, Quantity("{F}", "strength of element 3, Eq (1)", lo=0.0), Size()] = 0.0
+    x_1: Annotated[
+        float,
+        Quantity("{x}", "travel at which element 1 slides, Eq (1)", lo=0.0, open_lo=True),
+        Shape("stroke", 0.0032, 0.5),
+    ] = 0.01
+    x_2: Annotated[
+        float,
+        Quantity("{x}", "travel at which element 2 slides, Eq (1)", lo=0.0, open_lo=True),
+        Shape("stroke", 0.0032, 0.5),
+    ] = 0.04
+    x_3: Annotated[
+        float,
+        Quantity("{x}", "travel at which element 3 slides, Eq (1)", lo=0.0, open_lo=True),
+        Shape("stroke", 0.0032, 0.5),
+    ] = 0.16
 
 
 NEUTRAL = Params()

@@ -10,15 +10,24 @@ Limits: b = c = 0 changes nothing. Source: sensor zero and its drift; effects.md
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Size
 
 NAME = "offset_drift"
-PLACES = ("output", "input", "friction")
-SIGNATURE = "constant or slowly moving bias"
+ABOUT = Effect(
+    words="an offset or drift",
+    signature="constant or slowly moving bias",
+    shown_by="a long run with a return to the same place, or rests in between",
+    places=("output", "input", "friction"),
+    looks_like=("direction_asymmetry",),
+    role="nuisance",
+    searched=("output",),  # at the friction it is the same as on the channel
+    fitted_as="offset",
+)
 
 
 class Params(NamedTuple):
-    b: Annotated[float, Quantity("{y}", "bias at the start, Eq (1)")] = 0.0
-    c: Annotated[float, Quantity("{y}/s", "drift, Eq (1)")] = 0.0
+    b: Annotated[float, Quantity("{y}", "bias at the start, Eq (1)"), Size(as_nuisance="per run")] = 0.0
+    c: Annotated[float, Quantity("{y}/s", "drift, Eq (1)"), Size(as_nuisance="zero")] = 0.0
 
 
 NEUTRAL = Params()

@@ -17,16 +17,25 @@ import math
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Shape, Size
 
 NAME = "presliding_shape"
-PLACES = ("friction",)
-SIGNATURE = "curvature after reversal"
+ABOUT = Effect(
+    words="another curve of friction after reversals",
+    signature="curvature after reversal",
+    shown_by="finely sampled reversals, also of strokes within the presliding",
+    places=("friction",),
+    looks_like=("backlash",),
+    role="nuisance",
+)
 
 
 class Params(NamedTuple):
-    dF: Annotated[float, Quantity("{F}", "friction that follows z_n, Eq (2)", lo=0.0)] = 0.0
-    n: Annotated[float, Quantity("1", "shape exponent, Eq (1)", lo=0.2, hi=4.0)] = 1.0
-    x_0: Annotated[float, Quantity("{x}", "presliding distance, Eq (1)", lo=0.0, open_lo=True)] = 0.01
+    dF: Annotated[float, Quantity("{F}", "friction that follows z_n, Eq (2)", lo=0.0), Size()] = 0.0
+    n: Annotated[float, Quantity("1", "shape exponent, Eq (1)", lo=0.2, hi=4.0), Shape("number", 0.5, 2.0)] = 1.0
+    x_0: Annotated[
+        float, Quantity("{x}", "presliding distance, Eq (1)", lo=0.0, open_lo=True), Shape("stroke", 0.0032, 0.5)
+    ] = 0.01
 
 
 NEUTRAL = Params()

@@ -12,15 +12,21 @@ import math
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Read, Size
 
 NAME = "quantisation"
-PLACES = ("output", "input")
-SIGNATURE = "few levels"
+ABOUT = Effect(
+    words="quantisation",
+    signature="few levels",
+    shown_by="slow motion over a few steps of the sensor",
+    places=("output", "input"),
+    role="read",
+)
 
 
 class Params(NamedTuple):
-    q: Annotated[float, Quantity("{y}", "step between levels, Eq (1)", lo=0.0)] = 0.0
-    y_0: Annotated[float, Quantity("{y}", "one of the levels, Eq (1)")] = 0.0
+    q: Annotated[float, Quantity("{y}", "step between levels, Eq (1)", lo=0.0), Size()] = 0.0
+    y_0: Annotated[float, Quantity("{y}", "one of the levels, Eq (1)"), Read()] = 0.0
 
 
 NEUTRAL = Params()

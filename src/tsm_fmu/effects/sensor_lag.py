@@ -11,15 +11,22 @@ comes out late by tau. Source: effects.md 1, `sensor_lag`.
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Size
 from .lag import lagged
 
 NAME = "sensor_lag"
-PLACES = ("output", "input")
-SIGNATURE = "first-order phase"
+ABOUT = Effect(
+    words="a lag of the sensor",
+    signature="first-order phase",
+    shown_by="a frequency sweep up to the sensor's bandwidth",
+    places=("output", "input"),
+    looks_like=("delay",),
+    role="nuisance",
+)
 
 
 class Params(NamedTuple):
-    tau: Annotated[float, Quantity("s", "time constant, Eq (1)", lo=0.0)] = 0.0
+    tau: Annotated[float, Quantity("s", "time constant, Eq (1)", lo=0.0), Size()] = 0.0
 
 
 NEUTRAL = Params()

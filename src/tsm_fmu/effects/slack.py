@@ -12,16 +12,26 @@ Source: Kaneko et al. (1991), tendon on one side free; AME 2020 Eq (25); effects
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Shape, Size
 
 NAME = "slack"
-PLACES = ("output",)
-MOTION_ONLY = True  # among outputs, it makes sense on a position
-SIGNATURE = "one side goes free"
+ABOUT = Effect(
+    words="slack",
+    signature="one side goes free",
+    shown_by="low pretension, with the load taken off within the run",
+    places=("output",),
+    motion_only=True,
+)
 
 
 class Params(NamedTuple):
-    w: Annotated[float, Quantity("{y}", "half the free travel, Eq (1)", lo=0.0)] = 0.0
-    F_0: Annotated[float, Quantity("{load}", "load that takes up half of it, Eq (1)", lo=0.0, open_lo=True)] = 0.01
+    w: Annotated[float, Quantity("{y}", "half the free travel, Eq (1)", lo=0.0), Size(first=1e-3)] = 0.0
+    # a small part of the load takes up the free travel: what takes all of it is a spring
+    F_0: Annotated[
+        float,
+        Quantity("{load}", "load that takes up half of it, Eq (1)", lo=0.0, open_lo=True),
+        Shape("load", 0.0032, 0.1),
+    ] = 0.01
 
 
 NEUTRAL = Params()

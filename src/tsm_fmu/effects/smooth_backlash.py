@@ -12,17 +12,26 @@ from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
 from ..models.laws.coleman_hodgdon import hysteresis_after
+from .about import Effect, Shape, Size
 
 NAME = "smooth_backlash"
-PLACES = ("output", "input")
-MOTION_ONLY = True  # among outputs, it makes sense on a position
-SIGNATURE = "rounded flat"
+ABOUT = Effect(
+    words="rounded backlash",
+    signature="rounded flat",
+    shown_by="slow strokes wider than the gap, reversals finely sampled",
+    places=("output", "input"),
+    motion_only=True,
+)
 
 
 class Params(NamedTuple):
-    beta: Annotated[float, Quantity("1", "slope change at a reversal, Eq (1)", lo=-1.0, hi=0.0)] = 0.0
+    beta: Annotated[float, Quantity("1", "slope change at a reversal, Eq (1)", lo=-1.0, hi=0.0), Size(first=-1e-2)] = (
+        0.0
+    )
     alpha: Annotated[
-        float, Quantity("1/({y})", "inverse of the travel that forgets a reversal, Eq (1)", lo=0.0, open_lo=True)
+        float,
+        Quantity("1/({y})", "inverse of the travel that forgets a reversal, Eq (1)", lo=0.0, open_lo=True),
+        Shape("per stroke", 1.0, 100.0),
     ] = 10.0
 
 

@@ -11,16 +11,22 @@ Source: Duffing; effects.md 1, `stiffness_hardening`.
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Shape, Size
 
 NAME = "stiffness_hardening"
-PLACES = ("friction",)
-SIGNATURE = "cubic"
+ABOUT = Effect(
+    words="stiffening",
+    signature="cubic",
+    shown_by="strokes or loads up to the largest that the rig allows",
+    places=("friction",),
+    looks_like=("inertia", "creep", "drum_periodic"),
+)
 
 
 class Params(NamedTuple):
-    k_1: Annotated[float, Quantity("{F}/({x})", "linear stiffness, Eq (1)")] = 0.0
-    k_3: Annotated[float, Quantity("{F}/({x}3)", "cubic stiffness, Eq (1)")] = 0.0
-    x_c: Annotated[float, Quantity("{x}", "position without force, Eq (1)")] = 0.0
+    k_1: Annotated[float, Quantity("{F}/({x})", "linear stiffness, Eq (1)"), Size()] = 0.0
+    k_3: Annotated[float, Quantity("{F}/({x}3)", "cubic stiffness, Eq (1)"), Size()] = 0.0
+    x_c: Annotated[float, Quantity("{x}", "position without force, Eq (1)"), Shape("position", 0.0, 1.0)] = 0.0
 
 
 NEUTRAL = Params()

@@ -12,16 +12,24 @@ import math
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Shape, Size
 
 NAME = "stribeck"
-PLACES = ("friction",)
-SIGNATURE = "excess at low speed"
+ABOUT = Effect(
+    words="Stribeck friction",
+    signature="excess at low speed",
+    shown_by="slow strokes, from creeping up to a tenth of the usual speed",
+    places=("friction",),
+    looks_like=("breakaway_ageing",),
+)
 
 
 class Params(NamedTuple):
-    dF: Annotated[float, Quantity("{F}", "excess at zero speed, Eq (1)", lo=0.0)] = 0.0
-    v_s: Annotated[float, Quantity("{x}/s", "Stribeck speed, Eq (1)", lo=0.0, open_lo=True)] = 0.1
-    d: Annotated[float, Quantity("1", "Stribeck exponent, Eq (1)", lo=0.2, hi=4.0)] = 2.0
+    dF: Annotated[float, Quantity("{F}", "excess at zero speed, Eq (1)", lo=0.0), Size()] = 0.0
+    v_s: Annotated[
+        float, Quantity("{x}/s", "Stribeck speed, Eq (1)", lo=0.0, open_lo=True), Shape("speed", 0.05, 2.0)
+    ] = 0.1
+    d: Annotated[float, Quantity("1", "Stribeck exponent, Eq (1)", lo=0.2, hi=4.0), Shape("number", 1.0, 4.0)] = 2.0
 
 
 NEUTRAL = Params()

@@ -14,17 +14,25 @@ Source: Hooke; AME 2020 Eqs (20)-(24); effects.md 1, `tendon_elasticity`.
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Size
 
 NAME = "tendon_elasticity"
-PLACES = ("output",)
-MOTION_ONLY = True  # among outputs, it makes sense on a position
-SIGNATURE = "lost motion proportional to tension"
+ABOUT = Effect(
+    words="tendon elasticity",
+    signature="lost motion proportional to tension",
+    shown_by="the same motion under several tensions or loads",
+    places=("output",),
+    looks_like=("nonlocal_memory", "backlash"),
+    motion_only=True,
+)
 
 
 class Params(NamedTuple):
-    compliance: Annotated[float, Quantity("{y}/({load})", "lost motion per load, Eq (1)", lo=0.0)] = 0.0
+    compliance: Annotated[float, Quantity("{y}/({load})", "lost motion per load, Eq (1)", lo=0.0), Size(first=1e-3)] = (
+        0.0
+    )
     compliance_drive: Annotated[
-        float, Quantity("{y}/({F})", "lost motion per load at the drive side, Eq (1)", lo=0.0)
+        float, Quantity("{y}/({F})", "lost motion per load at the drive side, Eq (1)", lo=0.0), Size()
     ] = 0.0
 
 

@@ -13,16 +13,25 @@ import math
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Shape, Size
 
 NAME = "thermal"
-PLACES = ("friction",)
-SIGNATURE = "decays with time, recovers after rest"
+ABOUT = Effect(
+    words="friction that changes with warmth",
+    signature="decays with time, recovers after rest",
+    shown_by="minutes of motion, a rest, and the same motion again",
+    places=("friction",),
+    looks_like=("load_dependence", "wear"),
+)
 
 
 class Params(NamedTuple):
-    d: Annotated[float, Quantity("1", "relative excess when cold, Eq (2)", lo=-0.9)] = 0.0
-    tau: Annotated[float, Quantity("s", "time constant, Eq (1)", lo=0.0, open_lo=True)] = 10.0
-    v_0: Annotated[float, Quantity("{x}/s", "speed that counts as work, Eq (1)", lo=0.0, open_lo=True)] = 0.01
+    d: Annotated[float, Quantity("1", "relative excess when cold, Eq (2)", lo=-0.9), Size(first=1e-3)] = 0.0
+    # slow over a run; a drive works at more than the speed that counts as work
+    tau: Annotated[float, Quantity("s", "time constant, Eq (1)", lo=0.0, open_lo=True), Shape("time", 0.05, 2.0)] = 10.0
+    v_0: Annotated[
+        float, Quantity("{x}/s", "speed that counts as work, Eq (1)", lo=0.0, open_lo=True), Shape("speed", 0.01, 0.32)
+    ] = 0.01
 
 
 NEUTRAL = Params()

@@ -12,16 +12,23 @@ import math
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Shape, Size
 
 NAME = "viscous"
-PLACES = ("friction",)
-SIGNATURE = "grows with speed"
+ABOUT = Effect(
+    words="speed-dependent friction",
+    signature="grows with speed",
+    shown_by="the same stroke at three speeds or more, a factor of ten apart",
+    places=("friction",),
+)
 
 
 class Params(NamedTuple):
-    f_v: Annotated[float, Quantity("{F}/({x}/s)", "viscous coefficient, Eq (1)", lo=0.0)] = 0.0
-    q: Annotated[float, Quantity("{F}", "force of the power term at unit speed, Eq (1)", lo=0.0)] = 0.0
-    p: Annotated[float, Quantity("1", "exponent of the power term, Eq (1)", lo=0.1, hi=4.0)] = 0.5
+    f_v: Annotated[float, Quantity("{F}/({x}/s)", "viscous coefficient, Eq (1)", lo=0.0), Size()] = 0.0
+    q: Annotated[float, Quantity("{F}", "force of the power term at unit speed, Eq (1)", lo=0.0), Size()] = 0.0
+    p: Annotated[
+        float, Quantity("1", "exponent of the power term, Eq (1)", lo=0.1, hi=4.0), Shape("number", 0.25, 1.0)
+    ] = 0.5
 
 
 NEUTRAL = Params()

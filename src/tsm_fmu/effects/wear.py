@@ -11,15 +11,24 @@ import math
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Shape, Size
 
 NAME = "wear"
-PLACES = ("friction",)
-SIGNATURE = "changes with travel, stays after rest"
+ABOUT = Effect(
+    words="friction that changes with travel",
+    signature="changes with travel, stays after rest",
+    shown_by="long travel, a rest, and the same motion again",
+    places=("friction",),
+    looks_like=("load_dependence", "thermal"),
+)
 
 
 class Params(NamedTuple):
-    d: Annotated[float, Quantity("1", "relative excess when new, Eq (1)", lo=-0.9)] = 0.0
-    L: Annotated[float, Quantity("{x}", "travel that wears it off, Eq (1)", lo=0.0, open_lo=True)] = 10.0
+    d: Annotated[float, Quantity("1", "relative excess when new, Eq (1)", lo=-0.9), Size(first=1e-3)] = 0.0
+    # what goes with a short travel comes back at each reversal, and is no wear
+    L: Annotated[
+        float, Quantity("{x}", "travel that wears it off, Eq (1)", lo=0.0, open_lo=True), Shape("travel", 0.05, 1.6)
+    ] = 10.0
 
 
 NEUTRAL = Params()

@@ -14,19 +14,29 @@ import math
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
+from .about import Effect, Shape, Size
 
 NAME = "winding_crossover"
-PLACES = ("friction", "output", "input")
-MOTION_ONLY = True  # among outputs, it makes sense on a position
-SIGNATURE = "two bursts a turn, step per layer"
+ABOUT = Effect(
+    words="crossover of the winding",
+    signature="two bursts a turn, step per layer",
+    shown_by="several turns of the drum, up to the next layer",
+    places=("friction", "output", "input"),
+    motion_only=True,
+    turns=1.25,
+)
 
 
 class Params(NamedTuple):
-    A: Annotated[float, Quantity("{y}", "height of a burst, Eq (1)")] = 0.0
-    w: Annotated[float, Quantity("rad", "width of a burst, Eq (2)", lo=0.0, open_lo=True)] = 0.2
-    x_b: Annotated[float, Quantity("rad", "angle of a burst, Eq (1)")] = 0.0
-    h: Annotated[float, Quantity("{y}/rad", "slope change from the layer step, Eq (1)")] = 0.0
-    x_l: Annotated[float, Quantity("rad", "angle at which the next layer begins, Eq (1)")] = 0.0
+    A: Annotated[float, Quantity("{y}", "height of a burst, Eq (1)"), Size()] = 0.0
+    w: Annotated[
+        float, Quantity("rad", "width of a burst, Eq (2)", lo=0.0, open_lo=True), Shape("angle", 0.035, 0.385)
+    ] = 0.2
+    x_b: Annotated[float, Quantity("rad", "angle of a burst, Eq (1)"), Shape("angle", 0.0, math.pi)] = 0.0
+    h: Annotated[float, Quantity("{y}/rad", "slope change from the layer step, Eq (1)"), Size()] = 0.0
+    x_l: Annotated[
+        float, Quantity("rad", "angle at which the next layer begins, Eq (1)"), Shape("position", 0.0, 1.0)
+    ] = 0.0
 
 
 NEUTRAL = Params()

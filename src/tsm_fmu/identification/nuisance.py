@@ -6,20 +6,18 @@ effects of a chain, so that card, FMU and diagnosis know them like any other eff
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import ModuleType
 
 from lmfit import Parameters
 
-from ..effects.delay import KEPT
+from ..effects import EFFECTS, sizes_as, sizes_of
 from ..kernels.chain import attach, chain
 from ..kernels.chain_source import Attached
 from ..kernels.kernel import Kernel, kernel
 from ..models.contract import InputError
 from ..regression.problem import FitRun
-
-EFFECT = {"delay": "delay", "offset": "offset_drift"}
-"""What users ask for, and the effect that models it; of ``offset_drift`` the drift stays zero."""
 
 
 @dataclass(frozen=True)
@@ -32,15 +30,15 @@ class Nuisance:
         The chain.
     effects : tuple of str
         All its effects, in order, for the card.
-    delays : tuple of str
-        Fields of the delays.
+    delays : mapping of str to int
+        Fields of the delays, with the steps of a log that each may be at most.
     fixed, per_run : tuple of str
         Public names of parameters that stay at zero, and of those with a value for each run (the offsets).
     """
 
     kernel: Kernel
     effects: tuple[str, ...]
-    delays: tuple[str, ...] = ()
+    delays: Mapping[str, int] = field(default_factory=dict)
     fixed: tuple[str, ...] = ()
     per_run: tuple[str, ...] = ()
 
@@ -66,35 +64,41 @@ def with_nuisance(model: Kernel, effects: Sequence[str], wanted: Sequence[str]) 
         return Nuisance(model, tuple(effects))
     base = kernel(model.name)
     specs = [attach(base, text).spec for text in effects]
-    delays, fixed, per_run = [], [], []
+    delays, fixed, per_run = {}, [], []
+    known = kinds()
     for text in dict.fromkeys(wanted):
         kind, at, channel = text.partition("@")
-        if kind not in EFFECT or not at or not channel:
+        if kind not in known or not at or not channel:
+            expected = " or ".join(f"{word}@CHANNEL" for word in known)
             raise InputError(
-                f"--nuisance {text} -- expected delay@CHANNEL or offset@CHANNEL -- for example "
-                f"delay@{base.outputs[0].name}"
+                f"--nuisance {text} -- expected {expected} -- for example {next(iter(known))}@{base.outputs[0].name}"
             )
-        attached = attach(base, f"{EFFECT[kind]}@{channel}")
+        attached = attach(base, f"{known[kind].NAME}@{channel}")
         if attached.spec not in specs:
             specs.append(attached.spec)
             effects = (*effects, attached.spec)
-            fixed += [_name(attached, "c")] if kind == "offset" else []
-        if kind == "offset":
-            per_run.append(_name(attached, "b"))
-        else:
-            delays.append(f"{attached.prefix}T_d")
-    return Nuisance(chain(base.name, tuple(effects)), tuple(effects), tuple(delays), tuple(fixed), tuple(per_run))
+            fixed += [_name(attached, name) for name in sizes_as(attached.module, "zero")]
+        per_run += [_name(attached, name) for name in sizes_as(attached.module, "per run")]
+        limited = {n: size.most_steps for n, size in sizes_of(attached.module).items() if size.most_steps}
+        delays |= {attached.prefix + name: steps for name, steps in limited.items()}
+    return Nuisance(chain(base.name, tuple(effects)), tuple(effects), delays, tuple(fixed), tuple(per_run))
 
 
-def limit_delays(parameters: Parameters, delays: Sequence[str], runs: Sequence[FitRun]) -> None:
+def kinds() -> dict[str, ModuleType]:
+    """What users ask for, and the effect that models it."""
+    found = {module.ABOUT.fitted_as: module for module in EFFECTS if module.ABOUT.fitted_as}
+    return dict(sorted(found.items()))
+
+
+def limit_delays(parameters: Parameters, delays: Mapping[str, int], runs: Sequence[FitRun]) -> None:
     """Bound each delay by what the effect can keep at the shortest step of the runs: the fit says when it is met."""
-    longest = (KEPT - 1) * min(float((run.time[1:] - run.time[:-1]).min()) for run in runs)
-    for field in delays:
-        p = parameters[field]
+    step = min(float((run.time[1:] - run.time[:-1]).min()) for run in runs)
+    for name, steps in delays.items():
+        p, longest = parameters[name], steps * step
         if p.value > longest:
             raise InputError(
-                f"start value of {field.replace('__', '.')} = {p.value:g} s -- expected at most {longest:g} s, "
-                f"{KEPT - 1} steps of these runs -- lower it"
+                f"start value of {name.replace('__', '.')} = {p.value:g} s -- expected at most {longest:g} s, "
+                f"{steps} steps of these runs -- lower it"
             )
         p.max = min(p.max, longest)
 

@@ -67,11 +67,6 @@ def _module(name: str, source: str) -> ModuleType:
     return module
 
 
-def id_of(spec: str) -> str:
-    """Id of an effect given as ``id`` or ``id@channel``."""
-    return spec.partition("@")[0]
-
-
 def attach(base: Kernel, text: str) -> Attached:
     """Read ``id`` or ``id@channel`` and check that the effect can be there."""
     name, _, channel = text.partition("@")
@@ -89,9 +84,9 @@ def attach(base: Kernel, text: str) -> Attached:
         )
     inputs = [v.name for v in base.inputs]
     outputs = [v.name for v in base.outputs]
-    allowed = [""] if "friction" in module.PLACES and base.roles.friction else []
-    allowed += outputs if "output" in module.PLACES else []
-    allowed += inputs if "input" in module.PLACES else []
+    allowed = [""] if "friction" in module.ABOUT.places and base.roles.friction else []
+    allowed += outputs if "output" in module.ABOUT.places else []
+    allowed += inputs if "input" in module.ABOUT.places else []
     if not channel and allowed:
         return Attached(module, allowed[0])
     if channel not in allowed:

@@ -16,9 +16,8 @@ A model alone::
 An effect alone (its Inputs are any of `SIGNALS`, its only output is ``y``)::
 
     NEUTRAL = Params()                         parameters with which it changes nothing
-    PLACES = ("friction", "output", "input")   where it can act
-    MOTION_ONLY = True                         among outputs, only on a position; optional
-    SIGNATURE = "flat after reversal"          what shows it
+    ABOUT = Effect(words, signature, ...)      what else is known of it; each parameter is Annotated with a Size or a
+                                               Shape too (effects/about.py)
 
 Each variable is declared once: FMU variables, documentation, bounds of a fit and the command line derive from that
 declaration. The public name drops a trailing underscore of the field (``lambda_``). State fields are always floats, so

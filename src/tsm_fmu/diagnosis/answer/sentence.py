@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...effects import words
 from ...logs.display import Display, display
 from ...models.contract import with_unit
-from ..choice.excitation import words
 from ..evidence import Candidate, Gap, ParameterChange, Place
 from ..result import Diagnosis
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...kernels.chain import id_of
+from ...effects import effect_of, id_of, sizes_as
 from ...regression.problem import FitRun
 from ..choice.baselines import Baselines
 from ..choice.floors import Floors
@@ -100,7 +100,7 @@ def _without_idle_nuisances(winner: Hypothesis, holdout: Sequence[FitRun], progr
     They are if that does not cost on runs that were not fitted: there they could have taken what is a law.
     """
     fitted = winner.fitted
-    if any(spec.startswith("offset_drift") for spec in winner.material):
+    if any(sizes_as(effect_of(spec), "per run") for spec in winner.material):
         progress("refit with free zeros")
         loose = with_fit(winner, untied(fitted, winner.free), holdout)
         if not holdout and winner.held is not None:

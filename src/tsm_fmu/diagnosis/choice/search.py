@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...effects import sizes_as
 from ...kernels.chain_source import Attached
 from ...kernels.kernel import Kernel
 from ...regression.problem import FitRun
@@ -131,7 +132,7 @@ def candidate_places(model: Kernel, fitted: Fitted, travel: float = np.inf) -> l
     inputs = [v.name for v in model.inputs]
     return [
         c for c in possible(model.name, fitted.problem.channels, there, inputs, travel)
-        if c.spec not in fitted.effects or (c.module.NAME == "offset_drift" and c.spec not in fitted.released)
+        if c.spec not in fitted.effects or (sizes_as(c.module, "zero") and c.spec not in fitted.released)
     ]  # fmt: skip
 
 

@@ -17,11 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...effects import looks_like
 from ...regression.problem import BoolArray, FitRun, FloatArray
 from ...regression.threads import together
 from ..fits.nuisance import FORM_OF_EFFECT, nearly_gone, without
 from .hypotheses import Hypothesis, weigh, with_fit
-from .lookalikes import looks_like
 
 MATERIAL = 0.012
 """An effect that removes less than this part of a channel's spread is within the form of any friction model."""

@@ -16,12 +16,12 @@ from scipy.signal import chirp
 
 from ...effects.coordinates import ANGLE
 from ...kernels.chain_source import Attached
-from ...kernels.kernel import Kernel, kernel
+from ...kernels.kernel import kernel
 from ...regression.problem import FitRun, FloatArray
 from ...regression.threads import together
 from ..fits.refit import Fitted, rms
 from ..fits.response import Responses
-from ..fits.screening import LONG_STROKE, OF_A_TURN
+from ..fits.screening import least_stroke
 from ..runs.thinning import motion_channel, thinned
 from .hypotheses import Hypothesis
 from .supported import MATERIAL
@@ -58,14 +58,13 @@ def unexcited(
     short = base.at(thinned(base.problem.kernel, base.problem.runs, ROWS, ROWS // 10))
     detect = np.maximum(MATERIAL, np.sqrt(EVIDENCE / best.effective) * best.fitted.rmse / base.spread)
     plain = turning = _Compared(short, base.spread, ordinary(short, 0.0))
-    if any(c.module.NAME in OF_A_TURN for c in candidates):
+    if any(c.module.ABOUT.turns for c in candidates):
         turning = _Compared(short, base.spread, ordinary(short, 2.0 * np.pi * TURNS))
 
     def shown(one: Attached) -> tuple[bool, bool]:
-        name = one.module.NAME
-        compared = turning if name in OF_A_TURN else plain
+        compared = turning if one.module.ABOUT.turns else plain
         size, already = compared.shown(one)
-        shows = bool((size >= detect).any()) and (name not in OF_A_TURN or compared.travel > LONG_STROKE)
+        shows = bool((size >= detect).any()) and compared.travel >= least_stroke(one.module)
         return shows, already
 
     for one, (shows, already) in zip(candidates, together(shown, candidates), strict=True):
@@ -85,8 +84,8 @@ class _Compared:
 
     def shown(self, one: Attached) -> tuple[FloatArray, bool]:
         """RMS by channel, over the spread, that the runs would show of the effect; whether the baseline has it."""
-        effect, found, beyond = Kernel(one.module), [], []
-        for shape in self.there.shapes(effect):
+        found, beyond = [], []
+        for shape in self.there.shapes(one.module):
             ordinary_use, steps = self.there.columns(one, shape)
             here, _ = self.here.columns(one, shape, steps)
             for there, now in zip(ordinary_use, here, strict=True):

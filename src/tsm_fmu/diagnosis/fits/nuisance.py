@@ -12,18 +12,16 @@ from typing import Any
 
 import numpy as np
 
+from ...effects import EFFECTS, effect_of, looks_like, sizes_as, sizes_of
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
 from ...regression.descent import STEPS
 from ...regression.problem import BoolArray, FloatArray
-from ..choice.lookalikes import looks_like
 from .refit import Fitted, Task, refit
-from .response import public, sizes_of
-from .screening import Screened, screen
+from .response import public
+from .screening import Screened, places_of_effect, screen
 
-ON_FRICTION = ("presliding_shape",)
-ON_CHANNELS = ("sensor_lag", "offset_drift")
 SMALL = 0.015
 """A freedom is an effect of its own if what it removes is more than this part of a channel's spread."""
 SHAPE = 0.08
@@ -59,18 +57,14 @@ def freedoms(model: str, channels: Sequence[str], effects: Sequence[str]) -> tup
     base = kernel(model)
     units = {v.name: v.quantity.unit for v in (*base.outputs, *base.parameters)}
     has_offset = {units[name] for name in base.roles.offsets}
-    wanted = [*ON_FRICTION] if base.roles.friction else []
-    for channel in channels:
-        wanted += [f"{e}@{channel}" for e in ON_CHANNELS if e != "offset_drift" or units[channel] not in has_offset]
     found = []
-    for text in wanted:
-        try:
-            spec = attach(base, text).spec
-        except InputError:
-            continue
-        if spec not in effects:
-            found.append(spec)
-    return tuple(found)
+    for module in EFFECTS:
+        zero = bool(sizes_as(module, "per run"))
+        for one in places_of_effect(base, module, channels) if module.ABOUT.role == "nuisance" else []:
+            if one.spec not in effects and not (zero and one.channel and units[one.channel] in has_offset):
+                found.append((["", *channels].index(one.channel), zero, one.spec))
+    found.sort(key=lambda one: one[:2])  # the zero of a channel after what else is done to it
+    return tuple(spec for *_, spec in found)
 
 
 def freed(base: Fitted, free: Sequence[str]) -> Fitted:
@@ -86,7 +80,7 @@ def freed(base: Fitted, free: Sequence[str]) -> Fitted:
         values: dict[str, float] = {}
         for spec in free:
             choices = screened[spec].starts
-            if choices and not spec.startswith("offset_drift"):
+            if choices and not sizes_as(effect_of(spec), "per run"):
                 values |= choices[min(number, len(choices) - 1)]
         starts.append(({**base.values, **values}, base.own))
     found = best_of(base, [*base.effects, *free], starts, free)
@@ -216,10 +210,10 @@ def offsets(
     """Public names with a value a run, and those that keep zero."""
     per_run, held = [], []
     for spec in effects:
-        if spec in free and spec.startswith("offset_drift"):
-            prefix = attach(kernel(task.model), spec).prefix.replace("__", ".")
-            per_run.append(f"{prefix}b")
-            held += [] if spec in released else [f"{prefix}c"]
+        if spec in free:
+            one = attach(kernel(task.model), spec)
+            per_run += [public(one, name) for name in sizes_as(one.module, "per run")]
+            held += [public(one, name) for name in sizes_as(one.module, "zero") if spec not in released]
     return per_run, held
 
 
@@ -269,12 +263,16 @@ def is_form(spec: str, share: float, task: Task, spread: FloatArray) -> bool:
     spread : ndarray, shape (channels,)
     """
     there = float(np.max(task.earned.get(spec, np.zeros(1)) / np.maximum(spread, 1e-300)))
-    return spec in ON_FRICTION and share <= max(SHAPE, there)
+    return _on_friction(spec) and share <= max(SHAPE, there)
 
 
 def earned(calm: Fitted, free: Sequence[str]) -> dict[str, FloatArray]:
     """What the shape after a reversal removes on reference runs [RMS by channel], by spec: form, and no effect."""
-    return {spec: _removed(without(calm, spec, free), calm) for spec in free if spec in ON_FRICTION}
+    return {spec: _removed(without(calm, spec, free), calm) for spec in free if _on_friction(spec)}
+
+
+def _on_friction(spec: str) -> bool:
+    return "@" not in spec
 
 
 def _removed(before: Fitted, after: Fitted) -> FloatArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...effects import EFFECTS
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ...logs.quantisation import quantisation_step
@@ -15,6 +16,8 @@ from ...regression.specification import fit_parameters
 from ..choice.supported import MATERIAL
 from .refit import Fitted
 
+READ = next(module for module in EFFECTS if module.ABOUT.role == "read")
+"""The effect of few levels."""
 EXACT = 1e-3
 """Part of a step by which values may be off their levels: digits of the log."""
 
@@ -36,7 +39,7 @@ class Levels:
 
     @property
     def spec(self) -> str:
-        return f"quantisation@{self.channel}"
+        return f"{READ.NAME}@{self.channel}"
 
 
 def coarse(runs: Sequence[FitRun], channels: Sequence[str], spread: FloatArray) -> list[Levels]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import cache
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
 
+from ...effects import shapes_of, sizes_of
+from ...effects.about import Scale, Shape
 from ...effects.coordinates import ANGLE
 from ...kernels.chain_source import Attached
 from ...kernels.kernel import Kernel, kernel
@@ -23,6 +24,8 @@ SHAPES = 7
 """Shapes tried for each shape parameter of an effect."""
 WIDER = 2.0
 """A refit may leave the range of the shapes tried by this factor."""
+EVENLY: tuple[Scale, ...] = ("position", "angle")
+"""Scales over which shapes are spread evenly, and not over the logarithm."""
 
 
 def places_of(fitted: Fitted) -> list[Coordinates]:
@@ -73,30 +76,21 @@ class Responses:
         """What of columns the free parameters of the fit cannot imitate."""
         return columns - self.basis @ (self.basis.T @ columns)
 
-    def shapes(self, effect: Kernel) -> list[dict[str, float]]:
-        """Values of the shape parameters: spread over what these runs could show."""
-        sizes = sizes_of(effect.module)
-        shapes = [v for v in effect.parameters if v.name not in sizes]
+    def shapes(self, module: ModuleType) -> list[dict[str, float]]:
+        """Values of an effect's shape parameters: spread over what these runs could show."""
+        shapes = shapes_of(module)
         if not shapes:
             return [{}]
         draws = qmc.Halton(len(shapes), rng=7).random(SHAPES * min(len(shapes), 3))
         return [
-            {
-                v.name: self.extent.drawn(effect.name, v.name, v.quantity.unit, v.start, float(q))
-                for v, q in zip(shapes, row, strict=True)
-            }
+            {name: self.extent.drawn(shape, float(q)) for (name, shape), q in zip(shapes.items(), row, strict=True)}
             for row in draws
         ]  # fmt: skip
 
     def limits(self, attached: Attached) -> dict[str, tuple[float, float]]:
         """Range of the shape parameters by public name: beyond it the effect has another one's signature."""
-        effect, sizes = Kernel(attached.module), sizes_of(attached.module)
-        found = {}
-        for v in effect.parameters:
-            if v.name not in sizes and v.quantity.unit not in ("rad", "1"):
-                ends = sorted(self.extent.drawn(effect.name, v.name, v.quantity.unit, v.start, q) for q in (0.0, 1.0))
-                found[public(attached, v.name)] = (ends[0] / WIDER, ends[1] * WIDER)
-        return found
+        ranges = {name: self.extent.limits(shape) for name, shape in shapes_of(attached.module).items()}
+        return {public(attached, name): ends for name, ends in ranges.items() if ends is not None}
 
     def columns(
         self, attached: Attached, shape: Mapping[str, float], steps: Sequence[float] | None = None
@@ -113,11 +107,11 @@ class Responses:
         """
         effect, wanted = Kernel(attached.module), float(np.sqrt(np.sum(self.flat(self.fitted.residuals) ** 2)))
         columns, taken = [], []
-        for number, name in enumerate(sizes_of(attached.module)):
+        for number, (name, role) in enumerate(sizes_of(attached.module).items()):
             if steps is not None:
                 step = steps[number]
             else:
-                step = self._first_step(effect, name)
+                step = role.first
                 size = float(np.linalg.norm(self.response(attached, effect, {**shape, name: step})))
                 if math.isfinite(size) and size > 0.0:
                     limit = _largest(effect, name)
@@ -135,11 +129,6 @@ class Responses:
             return np.zeros(sum(r.targets.size for r in self.problem.runs))
         runs = range(len(self.problem.runs))
         return self.flat([self._change(attached, effect, p, k)[:, self.problem.columns] for k in runs])
-
-    def _first_step(self, effect: Kernel, name: str) -> float:
-        high = next(v.quantity.hi for v in effect.parameters if v.name == name)
-        step = 1e-3 if name in ("g", "eps", "d", "w", "k", "compliance") else 1e-2
-        return -step if high == 0.0 else step
 
     def _change(self, attached: Attached, effect: Kernel, p: Any, k: int) -> FloatArray:
         """Change of all outputs of a run by the effect."""
@@ -182,44 +171,38 @@ class _Extent:
 
     def __init__(self, signals: Sequence[Coordinates]) -> None:
         loads = [c.load for c in signals if c.load is not None]
-        travel = max(float(np.sum(np.abs(np.diff(c.x)))) for c in signals) or 1.0
         span = max(float(np.ptp(c.x)) for c in signals) or 1.0
-        load = float(np.max(np.abs(np.concatenate(loads)))) if loads else 1.0
-        length = max(float(np.ptp(c.time)) for c in signals)
         speed, acceleration = (
             float(np.sqrt(np.mean(np.concatenate([getattr(c, n) for c in signals]) ** 2))) or 1.0 for n in ("v", "a")
         )
-        self.ranges = {
-            "wear.L": (travel, 1.5, -1.3),
-            "breakaway_ageing.rest": (1.0, 1.0, -1.0),
-            "friction_lag.tau": (length, 2.5, -4.0),
-            "friction_lag.v_s": (speed, 1.3, -1.6),
-            "thermal.tau": (length, 1.6, -1.3),
-            "thermal.v_0": (speed, 1.5, -2.0),
-            "slack.F_0": (load, 1.5, -2.5),
-            "{x}/s": (speed, 1.6, -1.3),
-            "{x}/s2": (acceleration, 1.5, -1.0),
-            "{x}": (span, 2.2, -2.5),
-            "1/({y})": (1.0 / span, 2.0, 0.0),
-            "s": (length, 2.5, -2.5),
-            "{load}": (load, 1.5, -2.0),
+        self.lowest = min(float(np.min(c.x)) for c in signals)
+        self.highest = max(float(np.max(c.x)) for c in signals)
+        self.scales: dict[Scale, float] = {
+            "stroke": span,
+            "per stroke": 1.0 / span,
+            "travel": max(float(np.sum(np.abs(np.diff(c.x)))) for c in signals) or 1.0,
+            "speed": speed,
+            "acceleration": acceleration,
+            "time": max(float(np.ptp(c.time)) for c in signals),
+            "load": float(np.max(np.abs(np.concatenate(loads)))) if loads else 1.0,
         }
-        """Scale, width and lower end [decades] by unit, or by name where the signature needs another range: what decays
-        with time or travel is slow, friction lags where the motion is slow, within a small part of a run, a drive works
-        at more than the speed that counts as work, and free travel is taken up by a small part of the load (what takes
-        all of it is a spring)."""
 
-    def drawn(self, effect: str, name: str, unit: str, start: float, q: float) -> float:
-        """Value of an effect's shape parameter at the quantile ``q`` of its range."""
-        own = f"{effect}.{name}"
-        if own in self.ranges or unit in self.ranges:
-            scale, width, low = self.ranges.get(own) or self.ranges[unit]
-            return scale * 10.0 ** (width * q + low)
-        if unit == "1":
-            return start * 2.0 ** (2.0 * q - 1.0)
-        if unit == "rad":
-            return 0.35 * (q + 0.1) if name == "w" else math.pi * q
-        return start
+    def drawn(self, shape: Shape, q: float) -> float:
+        """Value of a shape parameter at the quantile ``q`` of its range."""
+        if shape.scale in EVENLY:
+            share = shape.lo + (shape.hi - shape.lo) * q
+            return self.lowest + (self.highest - self.lowest) * share if shape.scale == "position" else share
+        return self.scales.get(shape.scale, 1.0) * shape.lo * (shape.hi / shape.lo) ** q
+
+    def limits(self, shape: Shape) -> tuple[float, float] | None:
+        """Range that a refit may use; None for that of the declaration."""
+        if shape.scale in ("angle", "number"):
+            return None
+        lo, hi = self.drawn(shape, 0.0), self.drawn(shape, 1.0)
+        if shape.scale in EVENLY:
+            middle, half = 0.5 * (lo + hi), 0.5 * (hi - lo)
+            return middle - WIDER * half, middle + WIDER * half
+        return lo / WIDER, hi * WIDER
 
 
 def jacobian(fitted: Fitted, sigma: FloatArray) -> FloatArray:
@@ -243,27 +226,6 @@ def jacobian(fitted: Fitted, sigma: FloatArray) -> FloatArray:
     matrix = np.column_stack(columns) if columns else np.zeros((rows, 0))
     norms = np.linalg.norm(matrix, axis=0)
     return matrix[:, norms > 0.0] / norms[norms > 0.0]
-
-
-@cache
-def sizes_of(module: ModuleType) -> tuple[str, ...]:
-    """Parameters that alone take an effect out of neutral; the others shape it."""
-    effect = Kernel(module)
-    rng = np.random.default_rng(5)
-    time = np.arange(60) * 5e-2
-    grid = np.linspace(0.0, 12.0, time.size)
-    signals = np.column_stack([np.interp(grid, np.arange(13), rng.normal(size=13)) for _ in effect.inputs])
-    still = effect.simulate(module.NEUTRAL, time, signals, compiled=False)
-    found = []
-    for v in effect.parameters:
-        step = -0.1 if v.quantity.hi == 0.0 else 0.05
-        try:
-            p = effect.params(None, {v.name: v.start + step})
-        except InputError:
-            continue
-        if not np.array_equal(effect.simulate(p, time, signals, compiled=False), still):
-            found.append(v.name)
-    return tuple(found)
 
 
 def public(attached: Attached, name: str) -> str:

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from types import ModuleType
 
 import numpy as np
 from scipy.optimize import nnls
 
-from ...effects import EFFECTS
+from ...effects import EFFECTS, sizes_of
 from ...effects.coordinates import ANGLE
 from ...kernels.chain import attach
 from ...kernels.chain_source import Attached
@@ -24,7 +25,7 @@ from ...regression.problem import BoolArray, FloatArray
 from ...regression.threads import together
 from ..runs.thinning import thinned
 from .refit import Fitted
-from .response import Responses, public, sizes_of
+from .response import Responses, public
 
 ROWS = 3000
 """Samples of all runs together that the linear step looks at."""
@@ -32,6 +33,7 @@ DAMPING = 1e-4
 """Keeps a response small of which nearly all is imitated by the baseline: the linear step must not lead far away."""
 IMITATED = 1e-3
 """A response of which less than this part is beyond the baseline's parameters says nothing."""
+MOTION_UNITS = ("rad", "m")
 
 
 @dataclass(frozen=True)
@@ -56,11 +58,6 @@ class Screened:
     limits: dict[str, tuple[float, float]]
 
 
-OF_A_TURN = ("drum_periodic", "winding_crossover")
-LONG_STROKE = 1.25 * 2.0 * np.pi
-"""Travel [rad] below which harmonics of an angle are any smooth function of the position: nothing repeats."""
-
-
 def possible(
     model: str, channels: Sequence[str], attached: Sequence[str], inputs: Sequence[str], travel: float = np.inf
 ) -> list[Attached]:
@@ -75,32 +72,37 @@ def possible(
         Effects that are there already.
     inputs : sequence of str
     travel : float
-        Longest stroke of the runs, in the unit of the motion: effects of a turn need one.
+        Longest stroke of the runs, in the unit of the motion: some effects show over a turn of the drum only.
     """
     base, found = kernel(model), []
-    motion_units = ("rad", "m")
-    units = {v.name: v.quantity.unit for v in base.outputs}
     for module in EFFECTS:
-        if module.NAME == "quantisation":
-            continue  # its levels are read from the log
-        if module.NAME in OF_A_TURN and travel < LONG_STROKE:
-            continue
-        places = [module.NAME] if "friction" in module.PLACES else []
-        if "output" in module.PLACES:
-            allowed = [c for c in channels if units[c] in motion_units or not getattr(module, "MOTION_ONLY", False)]
-            places += [f"{module.NAME}@{c}" for c in allowed]
-        for text in places:
-            try:
-                one = attach(base, text)
-            except InputError:
-                continue
-            wants_bend = "bend" in module.Inputs._fields and ANGLE not in inputs
-            on_friction = not one.channel and module.NAME == "offset_drift"  # the same as on a channel
-            if one.spec not in attached and not wants_bend and not on_friction and (one.channel or "@" not in text):
-                if "@" not in text and one.channel:
-                    continue
-                found.append(one)
+        without_angle = "bend" in module.Inputs._fields and ANGLE not in inputs
+        if module.ABOUT.role != "read" and not without_angle and travel >= least_stroke(module):
+            found += [one for one in places_of_effect(base, module, channels) if one.spec not in attached]
     return found
+
+
+def places_of_effect(base: Kernel, module: ModuleType, channels: Sequence[str]) -> list[Attached]:
+    """An effect at each place of a model where a diagnosis looks for it, its friction first."""
+    about = module.ABOUT
+    units = {v.name: v.quantity.unit for v in base.outputs}
+    specs = [module.NAME] if "friction" in about.looked_for else []
+    if "output" in about.looked_for:
+        specs += [f"{module.NAME}@{c}" for c in channels if units[c] in MOTION_UNITS or not about.motion_only]
+    found = []
+    for spec in specs:
+        try:
+            one = attach(base, spec)
+        except InputError:
+            continue
+        if one.spec == spec:  # without friction an id stands for the first output
+            found.append(one)
+    return found
+
+
+def least_stroke(module: ModuleType) -> float:
+    """Stroke [rad] below which an effect of the drum's turns is any smooth function of the position."""
+    return 2.0 * np.pi * module.ABOUT.turns
 
 
 def screen(
@@ -139,9 +141,9 @@ class _Bench:
 
     def screened(self, attached: Attached) -> Screened:
         effect = Kernel(attached.module)
-        sizes = sizes_of(attached.module)
+        sizes = list(sizes_of(attached.module))
         tried: list[tuple[float, dict[str, float]]] = []
-        for shape in self.responses.shapes(effect):
+        for shape in self.responses.shapes(attached.module):
             columns, steps = self.responses.columns(attached, shape)
             gain, amounts = self._explained(effect, sizes, np.column_stack(columns))
             values = {**shape, **{n: a * h for n, a, h in zip(sizes, amounts, steps, strict=True)}}

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ... import __version__
+from ...effects import about, words
 from ...logs.display import display
 from ...report import Section, Table, write_report
 from ..answer.sentence import (
@@ -22,7 +23,6 @@ from ..answer.sentence import (
     range_text,
     share_text,
 )
-from ..choice.excitation import EXCITATION, words
 from ..evidence import Candidate, Gap, Place
 from ..residual.terms import LEGEND
 from ..result import Diagnosis
@@ -202,7 +202,7 @@ def _not_excluded(found: Diagnosis) -> Section | None:
     for ids in found.equivalent:
         parts.append(f"These runs cannot tell apart: {', '.join(words(e) for e in ids)}.")
     if found.hidden:
-        rows = [(words(e), EXCITATION[e].shown_by, e) for e in found.hidden]
+        rows = [(words(e), about(e).shown_by, e) for e in found.hidden]
         caption = "These runs could not show: too small in them, or taken up by the model's own parameters"
         tables.append(Table(("effect", "what would show it", "id"), rows, caption))
     if found.unplaced:

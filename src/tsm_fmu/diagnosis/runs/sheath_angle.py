@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ...effects import EFFECTS
 from ...effects.coordinates import ANGLE
 from ...kernels.chain import chain
 from ...kernels.kernel import Kernel
@@ -28,5 +29,6 @@ def listening(model: Kernel, records: Sequence[Record]) -> tuple[Kernel, tuple[s
     if not model.roles.load or len(without_it) == len(records):
         return model, ()
     if without_it:
-        return model, (f"{ANGLE} is not in {', '.join(without_it)}: bend_angle is not tried",)
+        untried = ", ".join(module.NAME for module in EFFECTS if "bend" in module.Inputs._fields)
+        return model, (f"{ANGLE} is not in {', '.join(without_it)}: {untried} is not tried",)
     return chain(model.name, tuple(getattr(model.module, "EFFECTS", ())), bend=True), ()

@@ -1,0 +1,111 @@
+"""How an effect says what is known of it: its file holds one `Effect`, and a `Size` or `Shape` at each parameter.
+
+Effects travel into FMUs, and this file with them: it imports ``typing`` alone.
+"""
+
+from typing import Literal, NamedTuple
+
+Place = Literal["friction", "output", "input"]
+"""What an effect changes: the friction of a model, one of its outputs, one of its inputs."""
+
+Role = Literal["effect", "nuisance", "read"]
+"""``effect``: it is missing, or it is not. ``nuisance``: every rig has a little of it, so each refit of a diagnosis may
+use it; it is missing where it does more than that. ``read``: plain in the log, nothing is fitted."""
+
+Scale = Literal[
+    "stroke", "per stroke", "position", "travel", "speed", "acceleration", "time", "load", "radius", "angle", "number"
+]
+"""What the range of a shape parameter is counted in, of the runs in which the effect is looked for.
+
+``stroke``: width of the motion; ``per stroke``: its inverse. ``position``: 0 is the lowest and 1 the highest position
+of the motion, so a position may be negative. ``travel``: path of the longest run. ``speed``, ``acceleration``: their
+RMS. ``time``: length of the longest run. ``load``: its largest magnitude. ``radius``: motion per radian of a drum, 1
+where it is the drum's angle. ``angle``: rad. ``number``: 1. Positions and angles are spread evenly over their range,
+the others over its logarithm.
+"""
+
+AsNuisance = Literal["free", "per run", "zero"]
+"""What a size does in a refit that may use its effect as a nuisance: it is fitted, it is fitted for each run, or it
+stays zero until the effect itself is looked for."""
+
+
+class Size(NamedTuple):
+    """A parameter that alone takes the effect out of neutral: how much of it there is.
+
+    Attributes
+    ----------
+    first : float
+        First value tried, in the parameter's unit; the search goes on from its response.
+    as_nuisance : str
+        See `AsNuisance`.
+    most_steps : int
+        Steps of a log that a time may be at most; 0 for any.
+    """
+
+    first: float = 1e-2
+    as_nuisance: AsNuisance = "free"
+    most_steps: int = 0
+
+
+class Shape(NamedTuple):
+    """A parameter that does nothing without a size: where, how fast, over what travel, with which exponent.
+
+    Attributes
+    ----------
+    scale : str
+        See `Scale`.
+    lo, hi : float
+        Range over that scale in which the effect has its signature; beyond it looks like another one.
+    """
+
+    scale: Scale
+    lo: float
+    hi: float
+
+
+class Read(NamedTuple):
+    """A parameter that is read from the log with the effect."""
+
+
+class Effect(NamedTuple):
+    """What is known of an effect besides its equation.
+
+    Attributes
+    ----------
+    words : str
+        Its name in a sentence.
+    signature : str
+        What it looks like, in one phrase.
+    shown_by : str
+        Motion that a log must hold to show it.
+    places : tuple of str
+        See `Place`.
+    looks_like : tuple of str
+        Ids of effects that it hides behind, or they behind it, where a log is poor.
+    role : str
+        See `Role`.
+    motion_only : bool
+        Among the outputs it makes sense on a position only.
+    searched : tuple of str
+        Places where a diagnosis looks for it, if not at the friction and the outputs among `places`.
+    turns : float
+        Turns of a drum that the motion must make for it to show: below, it is any smooth function of the position.
+    fitted_as : str
+        Word for it where an identification fits it beside the model (``--nuisance WORD@CHANNEL``); '' if it cannot.
+    """
+
+    words: str
+    signature: str
+    shown_by: str
+    places: tuple[Place, ...]
+    looks_like: tuple[str, ...] = ()
+    role: Role = "effect"
+    motion_only: bool = False
+    searched: tuple[Place, ...] | None = None
+    turns: float = 0.0
+    fitted_as: str = ""
+
+    @property
+    def looked_for(self) -> tuple[Place, ...]:
+        """Places where a diagnosis looks for it."""
+        return tuple(p for p in self.places if p != "input") if self.searched is None else self.searched
