@@ -70,8 +70,7 @@ def test_sizes_alone_take_an_effect_out_of_neutral_and_nothing_else_does(module)
     still = effect.simulate(module.NEUTRAL, time, signals, compiled=False)
     assert set(roles_of(module)) == {v.name for v in effect.parameters}
     for v in effect.parameters:
-        role = roles_of(module)[v.name]
-        step = np.copysign(0.07, role.first) if v.name in sizes_of(module) else 0.07
+        step = np.copysign(0.07, sizes_of(module)[v.name].first) if v.name in sizes_of(module) else 0.07
         try:
             p = effect.params(None, {v.name: v.start + step})
         except InputError:
@@ -97,9 +96,12 @@ def test_ranges_of_shapes_are_in_their_unit_and_within_their_bounds(module):
 
 
 def test_a_parameter_without_a_role_is_refused():
+    class Params(NamedTuple):
+        k: Annotated[float, Quantity("1", "a gain"), Size()] = 0.0
+        x_s: Annotated[float, Quantity("m", "a position")] = 0.0
+
     module = ModuleType("nameless")
-    number = Quantity("1", "a number")
-    module.Params = NamedTuple("Params", [("k", Annotated[float, number, Size()]), ("x_s", Annotated[float, number])])
+    vars(module)["Params"] = Params
     with pytest.raises(TypeError, match=r"x_s without a Size, Shape or Read"):
         roles_of(module)
 
