@@ -6,7 +6,9 @@ Written into ``docs/models/`` and ``docs/effects/`` when the site is built; noth
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import matplotlib as mpl
@@ -14,7 +16,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from typeset import docstring_html
 
-from tsm_fmu.effects import EFFECTS
+from tsm_fmu.effects import EFFECTS, roles_of
+from tsm_fmu.effects.about import Read, Shape, Size
 from tsm_fmu.fmu.stimuli import stimuli
 from tsm_fmu.kernels.chain import attach
 from tsm_fmu.kernels.kernel import Kernel
@@ -86,12 +89,14 @@ def effect_page(kernel: Kernel, folder: Path) -> str:
     parts = [
         f"# {kernel.name}",
         _equations(kernel),
-        f"What shows it: {kernel.module.SIGNATURE}.",
+        _known(kernel),
         *plot,
         "## Parameters",
         "Units are relative: `{F}` is that of the friction, `{load}` of the load, `{x}` of the motion, `{y}` of the "
         "channel it acts on.",
-        _table(kernel.parameters, bounds=True),
+        _table(kernel.parameters, bounds=True, roles=roles_of(kernel.module)),
+        "A size alone brings the effect about; a shape does nothing without one, and is looked for in the range given, "
+        "over the stroke, speed, length or load of the runs.",
         "## Places",
         "\n".join(f"- {place}" for place in places) or "None.",
         f"```console\n$ tsm-fmu identify TendonDrive+{kernel.name} --measured run.csv --out card.toml\n```",
@@ -122,13 +127,32 @@ def _source(kernel: Kernel) -> str:
     return f"Written in `src/{path}.py`: the same text runs inside the FMU, compiled for fits, and as this page."
 
 
-def _table(variables: tuple[Variable, ...], bounds: bool = False) -> str:
-    heading = ["name", "unit", *(["default", "bounds"] if bounds else []), "meaning"]
+def _known(kernel: Kernel) -> str:
+    about = kernel.module.ABOUT
+    alike = ", ".join(f"[{name}]({name}.md)" for name in about.looks_like)
+    return f"In a sentence: {about.words}. Sign of it: {about.signature}. A log shows it that has {about.shown_by}." + (
+        f" Where a log is poor, it looks like {alike}." if alike else ""
+    )
+
+
+def _role(role: Size | Shape | Read) -> str:
+    if isinstance(role, Shape):
+        return f"{role.scale}, {role.lo:.3g} to {role.hi:.3g}"
+    return "size" if isinstance(role, Size) else "read from the log"
+
+
+def _table(
+    variables: tuple[Variable, ...],
+    bounds: bool = False,
+    roles: Mapping[str, Size | Shape | Read] = MappingProxyType({}),
+) -> str:
+    heading = ["name", "unit", *(["default", "bounds"] if bounds else []), *(["role"] if roles else []), "meaning"]
     rows = []
     for v in variables:
         q = v.quantity
         limits = f"{'(' if q.open_lo else '['}{q.lo:g}, {q.hi:g}{')' if q.open_hi else ']'}".replace("inf", "∞")
         middle = [f"{v.start:g}", "any" if math.isinf(q.lo) and math.isinf(q.hi) else limits] if bounds else []
+        middle += [_role(roles[v.name])] if roles else []
         cells = [f"`{v.name}`", f"`{q.unit}`", *middle, q.meaning]
         rows.append("| " + " | ".join(c.replace("|", "\\|").replace("*", "\\*") for c in cells) + " |")
     return "\n".join(["| " + " | ".join(heading) + " |", "|" + "---|" * len(heading), *rows])

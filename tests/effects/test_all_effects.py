@@ -17,7 +17,7 @@ IDS = (
     "smooth_backlash tendon_elasticity stiffness_hardening slack creep thermal wear drum_periodic winding_crossover "
     "delay sensor_lag quantisation"
 ).split()
-"""The public ids, in the order of the vocabulary."""
+"""The first public ids, in the order of the vocabulary: cards and logs of users hold them."""
 
 UGLY = {"T_d": 0.0173, "n": 1.37, "q": 0.0137, "p": 0.73, "eps": 0.31, "beta": -0.37, "d": 0.43, "g": 0.137}
 """Values for parameters whose neutral value is 0 or 1; the others get 0.317."""
@@ -44,8 +44,8 @@ def strong(effect: Kernel):
     return effect.params(None, values)
 
 
-def test_the_registry_is_the_public_vocabulary():
-    assert [module.NAME for module in EFFECTS] == IDS
+def test_no_public_id_goes_or_moves():
+    assert [module.NAME for module in EFFECTS][: len(IDS)] == IDS
 
 
 @each
