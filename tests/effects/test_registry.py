@@ -22,7 +22,7 @@ SRC = Path(tsm_fmu.__file__).parent
 IDS = frozenset(module.NAME for module in EFFECTS)
 OWN_WORDS = ("models", "scenarios", "reproduction")
 """Folders that speak of physics and papers in the field's words, which effects share; they know no effects."""
-OTHER_MEANING = {("checking/levels.py", "quantisation")}
+OTHER_MEANING = {("checking/sensor.py", "quantisation")}
 """Files where such a word is something else: the kind of a finding in a log."""
 UNITS = {
     "stroke": "{x}", "per stroke": "1/({y})", "position": "{x}|rad", "travel": "{x}", "speed": "{x}/s",
