@@ -9,7 +9,7 @@ import pytest
 
 from tsm_fmu.effects import EFFECTS
 from tsm_fmu.kernels.kernel import Kernel
-from tsm_fmu.models.contract import SIGNALS
+from tsm_fmu.models.contract import SIGNALS, flat, packed
 
 IDS = (
     "coulomb viscous stribeck acceleration_branches inertia friction_lag presliding_shape nonlocal_memory "
@@ -79,7 +79,7 @@ def test_state_survives_json(module):
     s, _ = module.start(p, module.Inputs(*signals[0]))
     for k in range(1, 200):
         s, _ = module.step(p, s, module.Inputs(*signals[k]), time[k] - time[k - 1])
-    back = module.State(*json.loads(json.dumps(list(s))))
+    back = packed(module.State, json.loads(json.dumps(flat(s))))
     for k in range(200, 400):
         u, dt = module.Inputs(*signals[k]), time[k] - time[k - 1]
         s, o = module.step(p, s, u, dt)

@@ -18,7 +18,7 @@ from tsm_fmu.effects import EFFECTS
 from tsm_fmu.kernels.kernel import Kernel
 from tsm_fmu.logs.units import same_quantity, unit_to_si
 from tsm_fmu.models import MODELS
-from tsm_fmu.models.contract import conditions_of, variables
+from tsm_fmu.models.contract import conditions_of, flat, packed, variables
 
 KERNELS = [Kernel(module) for module in MODELS]
 PRESETS = [(k, preset) for k in KERNELS for preset in k.presets]
@@ -97,7 +97,7 @@ def test_preset_is_accepted_and_equals_its_printed_numbers(model: Kernel, preset
     assert set(entry.si) <= set(declared)
     for name, (number, unit) in entry.printed.items():
         variable = declared[name]
-        value = getattr(p, variable.field)
+        value = model.named(p)[name]
         if (model.name, preset) in PER_RADIAN:
             assert value == number
         else:
@@ -124,8 +124,8 @@ def test_state_survives_json_bit_for_bit(model: Kernel, preset: str) -> None:
     s, _ = module.start(p, rows[0])
     for u in rows[1:237]:
         s, _ = module.step(p, s, u, 3.1e-3)
-    assert all(type(value) is float for value in s)
-    restored = module.State(*json.loads(json.dumps(s)))
+    assert all(type(value) is float for value in flat(s))
+    restored = packed(module.State, json.loads(json.dumps(flat(s))))
     for u in rows[237:]:
         s, there = module.step(p, s, u, 3.1e-3)
         restored, here = module.step(p, restored, u, 3.1e-3)
@@ -171,12 +171,13 @@ CONDITIONS = [(k, c) for k in KERNELS for c in conditions_of(k.module)]
 @pytest.mark.parametrize(("model", "condition"), CONDITIONS, ids=lambda x: getattr(x, "name", None))
 def test_a_condition_can_be_met_and_broken_within_the_bounds_and_says_so_in_one_line(model, condition) -> None:
     rng = np.random.default_rng(23)
-    fields = {v.name: v.field for v in model.parameters}
     equal = {"rho2": 0.37, "mu3": -0.37}  # the one condition that chance alone does not break
     sides = set()
     for trial in range(600):
-        values = drawn(model, rng) | (equal if trial == 0 and equal.keys() <= fields.keys() else {})
-        p = model.module.Params(**{fields[name]: value for name, value in values.items()})
+        values = drawn(model, rng) | (
+            equal if trial == 0 and equal.keys() <= {v.name for v in model.parameters} else {}
+        )
+        p = packed(model.module.Params, list(values.values()))
         met = condition.met(p)
         sides.add(met)
         if met:

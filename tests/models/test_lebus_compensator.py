@@ -9,7 +9,7 @@ import pytest
 
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models import lebus_compensator, lebus_transmission
-from tsm_fmu.models.contract import InputError
+from tsm_fmu.models.contract import InputError, flat, packed
 
 DRIVE, K = kernel("LebusTransmission"), kernel("LebusCompensator")
 R, G = 0.0125, 9.81
@@ -156,7 +156,7 @@ def test_state_survives_json():
     for x in (3.0, 2.97, 2.985):
         s, _ = lebus_compensator.step(p, s, lebus_compensator.Inputs(x, 4.9), 0.01)
     assert all(isinstance(x, float) for x in s)
-    again = lebus_compensator.State(*json.loads(json.dumps(s)))
+    again = packed(lebus_compensator.State, json.loads(json.dumps(flat(s))))
     following = lebus_compensator.Inputs(2.5, 4.7)
     assert lebus_compensator.step(p, again, following, 0.01) == lebus_compensator.step(p, s, following, 0.01)
 

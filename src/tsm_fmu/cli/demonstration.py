@@ -71,7 +71,7 @@ def run_demo(out: Path, said: Callable[[str], None] = lambda _: None) -> Path:
     write_card(card_path, card)
     said("exporting the fitted model as an FMU and replaying the log through it")
     model = card.kernel()
-    starts = {v.name: value for v, value in zip(model.parameters, card.params(), strict=True)}
+    starts = model.named(card.params())
     fmu = build_fmu(model, out / "fmus" / "FittedDrive.fmu", name="FittedDrive", start_values=starts)
     replays = {record.name: _replayed(fmu, card, fitted, record) for record in (measured, holdout)}
     said("writing the report")

@@ -9,7 +9,7 @@ value. T_d may be at most 63 steps; more is refused, not shortened. Limits: T_d 
 Steps of equal length are assumed inside the buffer. Source: effects.md 1, `delay`.
 """
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from ..models.contract import Quantity
 from .about import Effect, Size
@@ -35,10 +35,12 @@ class Params(NamedTuple):
 
 NEUTRAL = Params()
 
-State = NamedTuple(
-    "State",
-    [(f"b_{k}", Annotated[float, Quantity("{y}", f"{k} steps ago")]) for k in range(KEPT)],  # pyright: ignore
-)
+
+Line: Any = tuple[(float,) * KEPT]
+
+
+class State(NamedTuple):
+    line: Annotated[Line, Quantity("{y}", "signal at the last steps, the latest first")]  # pyright: ignore
 
 
 class Inputs(NamedTuple):
@@ -55,16 +57,16 @@ PRESETS = {}
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
     four = (u.y, u.y, u.y, u.y)
     sixteen = four + four + four + four
-    return State(*(sixteen + sixteen + sixteen + sixteen)), Outputs(u.y)
+    return State(sixteen + sixteen + sixteen + sixteen), Outputs(u.y)
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
     steps = p.T_d / dt
     if steps > 63.0:
         raise ValueError("T_d over dt -- expected at most the 63 steps kept -- shorten T_d or lengthen the step")
-    line = State(u.y, *s[:-1])
+    line = (u.y, *s.line[:-1])
     k = int(steps)
     late = line[k]
     if steps > k:
         late += (steps - k) * (line[k + 1] - late)  # (1)
-    return line, Outputs(late)
+    return State(line), Outputs(late)

@@ -104,8 +104,8 @@ def script_text(module_name: str, name: str, build_attributes: str) -> str:
 
 def _changed(kernel: Kernel, params: Any) -> dict[str, float]:
     """Parameters that differ from the kernel's own, by public name."""
-    values = {v.name: (v.kind(x), v.start) for v, x in zip(kernel.parameters, params, strict=True)}
-    return {name: value for name, (value, start) in values.items() if value != start}
+    starts = {v.name: v.start for v in kernel.parameters}
+    return {name: value for name, value in kernel.named(params).items() if value != starts[name]}
 
 
 def _content(kernel: Kernel, name: str, params: Any, starts: Mapping[str, float]) -> dict[str, bytes]:

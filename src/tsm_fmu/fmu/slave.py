@@ -18,7 +18,7 @@ from xml.etree import ElementTree
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
-from ..models.contract import check_bounds, check_conditions, conditions_of, variables
+from ..models.contract import check_bounds, check_conditions, conditions_of, flat, packed, variables
 from .library_faults import FOREIGN_HOST, HostLog, give_back, hold_namespace, keep_thread_state, let_go_at_exit
 
 TIME_TOLERANCE = 1e-3
@@ -208,7 +208,7 @@ class KernelSlave(Fmi2Slave):
 
     def _get_fmu_state(self) -> dict[str, Any]:
         own = {name: getattr(self, name) for name in _SAVED}
-        inner = None if self._state is None else list(self._state)
+        inner = None if self._state is None else list(flat(self._state))
         return {"guid": self.guid_built, "values": list(self._values), "state": inner, **own}
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
@@ -216,14 +216,14 @@ class KernelSlave(Fmi2Slave):
             if state["guid"] != self.guid_built:
                 raise ValueError(f"it is of guid {state['guid']}")
             values = [v.kind(x) for v, x in zip(self._variables, state["values"], strict=True)]
-            inner = None if state["state"] is None else self.kernel.State(*state["state"])
+            inner = None if state["state"] is None else packed(self.kernel.State, state["state"])
             own = {name: state[name] for name in _SAVED}
         except (KeyError, TypeError, ValueError) as failure:
             self._fault = f"FMU state is foreign or damaged ({failure}) -- expected one saved by this FMU -- reset it"
             self._tell(self._fault)
             return
         self._values, self._state = values, inner
-        self._params = self.kernel.Params(*values[: self._n_parameters])
+        self._params = packed(self.kernel.Params, values[: self._n_parameters])
         for name, value in own.items():
             setattr(self, name, value)
 
@@ -244,7 +244,7 @@ class KernelSlave(Fmi2Slave):
             wrong = _not_finite(inputs)
             if wrong:
                 raise ValueError(f"input {wrong} at the start -- expected a finite number -- {MEND}")
-            params = self.kernel.Params(*self._values[: self._n_parameters])
+            params = packed(self.kernel.Params, self._values[: self._n_parameters])
             check_bounds(self._parameters, params)
             check_conditions(self._conditions, params)
             self._state, outputs = self.kernel.start(params, inputs)

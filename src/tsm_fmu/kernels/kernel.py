@@ -23,6 +23,9 @@ from ..models.contract import (
     check_bounds,
     check_conditions,
     conditions_of,
+    flat,
+    packed,
+    sizes,
     variables,
 )
 from .compiled_cache import kept, own, written
@@ -102,7 +105,7 @@ class Kernel:
         InputError
             Unknown preset or name, value not a number, out of bounds, or a joint condition violated.
         """
-        fields = {v.field: v.start for v in self.parameters}
+        numbers = {v.name: v.start for v in self.parameters}
         if preset is not None:
             if preset not in self.presets:
                 raise InputError(
@@ -116,14 +119,14 @@ class Kernel:
                 raise InputError(
                     f"parameter {name!r} of {self.name} -- expected one of {', '.join(by_name)} -- see 'tsm-fmu list'"
                 )
-            fields[by_name[name].field] = _number(by_name[name], value)
-        p = self.module.Params(**fields)
+            numbers[name] = _number(by_name[name], value)
+        p = packed(self.module.Params, list(numbers.values()))
         self.check(p)
         return p
 
     def named(self, p: Any) -> dict[str, float]:
         """Values of parameters by public name, SI."""
-        return {v.name: v.kind(value) for v, value in zip(self.parameters, p, strict=True)}
+        return {v.name: v.kind(value) for v, value in zip(self.parameters, flat(p), strict=True)}
 
     def check(self, p: Any) -> None:
         """Raise `InputError` where ``p`` violates a bound or a joint condition."""
@@ -183,7 +186,7 @@ class Kernel:
         y = np.empty((t.size, len(self.outputs)))
         run = compiled_run(self.module) if compiled else _runner(self.module, self.module.start, self.module.step)
         try:
-            run(np.array([p], dtype=float), np.array([[0, t.size, 0]]), t, u, y, np.zeros(1, dtype=np.int64))
+            run(np.array([flat(p)], dtype=float), np.array([[0, t.size, 0]]), t, u, y, np.zeros(1, dtype=np.int64))
         except (ValueError, ArithmeticError) as failure:
             advice = "" if " -- " in str(failure) else " -- expected finite numbers -- check parameters and inputs"
             raise InputError(f"{self.name} stopped: {failure}{advice}") from failure
@@ -240,7 +243,8 @@ def _runner(module: ModuleType, start: Any, step: Any) -> Any:
     def stored(indent: str, k: str) -> str:
         return "".join(f"{indent}y[{k}, {j}] = o.{f}\n" for j, f in enumerate(module.Outputs._fields))
 
-    values = ", ".join(f"{v.kind.__name__}(table[i, {j}])" for j, v in enumerate(variables(module.Params)))
+    numbers = [f"{v.kind.__name__}(table[i, {j}])" for j, v in enumerate(variables(module.Params))]
+    values = ", ".join(_nested(numbers, sizes(module.Params)))
     source = (
         f"def run(table, spans, t, u, y, at):\n"
         f"    for i in range(at[0], len(table)):\n"
@@ -259,6 +263,14 @@ def _runner(module: ModuleType, start: Any, step: Any) -> Any:
     file = written(name, source) if own(module.__name__) else f"<{name}>"
     exec(compile(source, file, "exec"), names)  # noqa: S102  our own text, no input in it
     return names["run"]
+
+
+def _nested(numbers: list[str], lengths: tuple[int, ...]) -> list[str]:
+    """Texts of numbers as those of fields, of which some are tuples."""
+    left, found = iter(numbers), []
+    for length in lengths:
+        found.append(f"({', '.join(next(left) for _ in range(length))},)" if length else next(left))
+    return found
 
 
 def _number(variable: Variable, value: Any) -> float:

@@ -20,8 +20,10 @@ An effect alone (its Inputs are any of `SIGNALS`, its only output is ``y``)::
                                                Shape too (effects/about.py)
 
 Each variable is declared once: FMU variables, documentation, bounds of a fit and the command line derive from that
-declaration. The public name drops a trailing underscore of the field (``lambda_``). State fields are always floats, so
-that the compiled form keeps one type from step to step. Docstrings hold the equations, numbered ``(1)``, their source
+declaration. The public name drops a trailing underscore of the field (``lambda_``). A field of Params or State may be a
+tuple of floats whose type says its length, ``L: Annotated[tuple[float, float], Quantity(...)]``: it is the variables
+L_1 and L_2. Numbers in the state are always floats, so that the compiled form keeps one type from step to step.
+Docstrings hold the equations, numbered ``(1)``, their source
 and their validity (of an effect: its limits).
 
 A ``start`` or ``step`` that cannot go on raises ValueError(``what -- what was expected -- what to do``).
@@ -58,7 +60,10 @@ __all__ = [
     "check_bounds",
     "check_conditions",
     "conditions_of",
+    "flat",
     "named",
+    "packed",
+    "sizes",
     "variables",
 ]
 
@@ -123,7 +128,10 @@ class Quantity(NamedTuple):
 
 
 class Variable(NamedTuple):
-    """A declared field: public name, field name in Python, type, start value and `Quantity`."""
+    """A declared number: public name, the same as an identifier of Python, type, start value and `Quantity`.
+
+    The identifier is the field's name; for an item of a tuple, the field's name with the number of the item from 1.
+    """
 
     name: str
     field: str
@@ -300,7 +308,7 @@ class Roles(NamedTuple):
 
 
 def variables(fields: Any) -> tuple[Variable, ...]:
-    """List the declared variables of a named-tuple class in field order.
+    """List the declared variables of a named-tuple class in field order, those of a tuple item by item.
 
     A trailing underscore of a field name (``lambda_``) is not part of the public name, and a double
     one inside it (``load_dependence__k``) is its dot. A field without a default starts at 0.
@@ -308,23 +316,67 @@ def variables(fields: Any) -> tuple[Variable, ...]:
     Raises
     ------
     TypeError
-        If a field is not ``Annotated[float | int, Quantity(...)]``.
+        If a field is not ``Annotated[float | int | tuple[float, ...], Quantity(...)]``, the tuple of known length.
     """
-    hints = get_type_hints(fields, include_extras=True)
     found = []
-    for field in fields._fields:
-        hint = hints[field]
-        if get_origin(hint) is not Annotated or not isinstance(get_args(hint)[1], Quantity):
-            raise TypeError(f"{fields.__qualname__}.{field} is not Annotated[type, Quantity(...)]")
-        kind, quantity = get_args(hint)[:2]
-        start = kind(fields._field_defaults.get(field, 0))
-        found.append(Variable(field.rstrip("_").replace("__", "."), field, kind, start, quantity))
+    for field, (kind, quantity) in _declared(fields).items():
+        name, default = field.rstrip("_").replace("__", "."), fields._field_defaults.get(field, 0)
+        items = get_args(kind)
+        if not items:
+            found.append(Variable(name, field, kind, kind(default), quantity))
+        for k, item in enumerate(items):
+            start = float(default[k]) if default else 0.0
+            found.append(Variable(f"{name}_{k + 1}", f"{field}_{k + 1}", item, start, quantity))
     return tuple(found)
+
+
+def sizes(fields: Any) -> tuple[int, ...]:
+    """Length of each field of a declared named-tuple class that is a tuple, 0 for a number."""
+    return tuple(len(get_args(kind)) for kind, _ in _declared(fields).values())
+
+
+def flat(values: Any) -> tuple[float, ...]:
+    """Numbers of an instance of a declared named-tuple class, in the order of its `variables`."""
+    return tuple(number for value in values for number in (value if isinstance(value, tuple) else (value,)))
+
+
+def packed(fields: Any, numbers: Any) -> Any:
+    """Instance of a declared named-tuple class from its numbers: the inverse of `flat`.
+
+    Raises
+    ------
+    TypeError
+        Too few numbers or too many.
+    """
+    lengths, left = sizes(fields), iter(numbers)
+    if len(numbers) != sum(length or 1 for length in lengths):
+        raise TypeError(f"{len(numbers)} numbers for {fields.__qualname__} -- expected {len(variables(fields))}")
+    return fields(*[tuple([next(left) for _ in range(length)]) if length else next(left) for length in lengths])
+
+
+_DECLARED: dict[Any, dict[str, tuple[Any, Quantity]]] = {}
+"""What was read of each class: it is asked for at every simulation."""
+
+
+def _declared(fields: Any) -> dict[str, tuple[Any, Quantity]]:
+    """Type and quantity of each field."""
+    if fields not in _DECLARED:
+        hints, found = get_type_hints(fields, include_extras=True), {}
+        for field in fields._fields:
+            hint = hints[field]
+            if get_origin(hint) is not Annotated or not isinstance(get_args(hint)[1], Quantity):
+                raise TypeError(f"{fields.__qualname__}.{field} is not Annotated[type, Quantity(...)]")
+            kind, quantity = get_args(hint)[:2]
+            if kind not in (float, int) and (get_origin(kind) is not tuple or set(get_args(kind)) != {float}):
+                raise TypeError(f"{fields.__qualname__}.{field} is no float, int or tuple of floats of known length")
+            found[field] = (kind, quantity)
+        _DECLARED[fields] = found
+    return _DECLARED[fields]
 
 
 def named(values: Any) -> dict[str, float]:
     """Values of an instance of a declared named-tuple class by public name."""
-    return {v.name: value for v, value in zip(variables(type(values)), values, strict=True)}
+    return {v.name: value for v, value in zip(variables(type(values)), flat(values), strict=True)}
 
 
 def conditions_of(kernel: Any) -> tuple[Condition, ...]:
@@ -349,7 +401,7 @@ def check_conditions(conditions: tuple[Condition, ...], p: Any) -> tuple[str, ..
 
 def check_bounds(declared: tuple[Variable, ...], values: Any) -> None:
     """Raise `InputError` for the first value that is not finite or lies outside its declared bounds."""
-    for variable, value in zip(declared, values, strict=True):
+    for variable, value in zip(declared, flat(values), strict=True):
         quantity = variable.quantity
         above = value > quantity.lo or (value == quantity.lo and not quantity.open_lo)
         below = value < quantity.hi or (value == quantity.hi and not quantity.open_hi)

@@ -231,10 +231,7 @@ def _bring(g: Rig, loop: Loop, way: float, wanted: float, tau: float) -> Loop:
 def _state(s: LoopState, theta_r: float, wanted: float, since: float, z: float) -> Any:
     return State(
         s.theta_in, s.theta_out, s.tau_load, s.way, s.stage,
-        s.a_n, s.a_lam_1, s.a_lam_2, s.a_lam_3, s.a_lam_4, s.a_lam_5, s.a_lam_6, s.a_lam_7, s.a_lam_8,
-        s.a_T_0, s.a_T_1, s.a_T_2, s.a_T_3, s.a_T_4, s.a_T_5, s.a_T_6, s.a_T_7, s.a_T_8, s.a_T_e,
-        s.b_n, s.b_lam_1, s.b_lam_2, s.b_lam_3, s.b_lam_4, s.b_lam_5, s.b_lam_6, s.b_lam_7, s.b_lam_8,
-        s.b_T_0, s.b_T_1, s.b_T_2, s.b_T_3, s.b_T_4, s.b_T_5, s.b_T_6, s.b_T_7, s.b_T_8, s.b_T_e,
+        s.a_n, s.a_lam, s.a_T, s.b_n, s.b_lam, s.b_T,
         s.low, s.high, s.a_below, s.a_above, s.b_below, s.b_above, s.x_a, s.x_b,
         theta_r, wanted, since, z,
     )  # fmt: skip

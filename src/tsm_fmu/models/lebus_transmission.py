@@ -41,7 +41,7 @@ import math
 from typing import Annotated, Any, NamedTuple
 
 from .contract import Condition, DefaultExperiment, Preset, Quantity, Roles
-from .laws.capstan import sheath_of, stretched
+from .laws.capstan import Eight, sheath_of, stretched
 from .laws.signs import sign
 from .lebus.geometry import layers_below, wheel_friction
 from .lebus.loop import advance, reference_loop, settle, stretch_b
@@ -51,28 +51,15 @@ from .lebus.state import State, loop_of, state_of
 NAME = "LebusTransmission"
 ROLES = Roles(experiment=DefaultExperiment(31.4, 0.02))
 
-Length = Annotated[float, Quantity("m", "length of a piece of sheath, from the driver, Eq (16)", lo=0.0, display="mm")]
-Radius = Annotated[float, Quantity("m", "bending radius of that piece, 0: straight, Eq (16)", lo=0.0, display="mm")]
-
 
 class Params(NamedTuple):
     n_seg: Annotated[int, Quantity("1", "number of pieces of sheath that count", lo=1, hi=8)] = 1
-    L_1: Length = 1.5
-    L_2: Length = 0.0
-    L_3: Length = 0.0
-    L_4: Length = 0.0
-    L_5: Length = 0.0
-    L_6: Length = 0.0
-    L_7: Length = 0.0
-    L_8: Length = 0.0
-    R_1: Radius = 1.5 / math.pi
-    R_2: Radius = 0.0
-    R_3: Radius = 0.0
-    R_4: Radius = 0.0
-    R_5: Radius = 0.0
-    R_6: Radius = 0.0
-    R_7: Radius = 0.0
-    R_8: Radius = 0.0
+    L: Annotated[
+        Eight, Quantity("m", "length of a piece of sheath, from the driver, Eq (16)", lo=0.0, display="mm")
+    ] = (1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    R: Annotated[Eight, Quantity("m", "bending radius of that piece, 0: straight, Eq (16)", lo=0.0, display="mm")] = (
+        1.5 / math.pi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+    )  # fmt: skip
     mu: Annotated[float, Quantity("1", "friction coefficient of tendon and sheath, Eq (14)", lo=0.0)] = 0.16
     EA: Annotated[float, Quantity("N", "axial stiffness of the tendon, Eq (20)", lo=0.0, open_lo=True)] = 6786.0
     T_0: Annotated[float, Quantity("N", "preload of both tendons", lo=0.0)] = 1.1
@@ -114,7 +101,6 @@ class Outputs(NamedTuple):
 
 SOURCE = "AME 2020, experimental design; slack from the reported reverse errors, EA fitted within the fibre's range"
 COMMON = {"L_1": (1500.0, "mm"), "mu": (0.16, "1"), "T_0": (1.1, "N"), "D": (25.0, "mm"), "d": (0.305, "mm")}
-R_180 = 1.5 / math.pi
 R_540 = 0.5 / math.pi
 PRESETS = {
     "published": Preset(SOURCE + "; slack of the case 0.5 kg, 180 deg", {**COMMON, "slack": (154.0, "mm")}, {}),
@@ -145,24 +131,21 @@ LARGEST_LAM = 30.0  # exp(lam) gains 13 decades: beyond it no tension survives t
 
 def empty_piece(p: Any) -> int:
     """Number of the shortest piece of sheath that counts, from 1."""
-    lengths = (p.L_1, p.L_2, p.L_3, p.L_4, p.L_5, p.L_6, p.L_7, p.L_8)
     shortest = 0
     for i in range(p.n_seg):
-        if lengths[i] < lengths[shortest]:
+        if p.L[i] < p.L[shortest]:
             shortest = i
     return shortest + 1
 
 
 def shortest_length(p: Any) -> float:
     """Length of that piece [m]."""
-    return (p.L_1, p.L_2, p.L_3, p.L_4, p.L_5, p.L_6, p.L_7, p.L_8)[empty_piece(p) - 1]
+    return p.L[empty_piece(p) - 1]
 
 
 def total_bend(p: Any) -> float:
     """lam, mu times the total bending angle."""
-    lengths = (p.L_1, p.L_2, p.L_3, p.L_4, p.L_5, p.L_6, p.L_7, p.L_8)
-    radii = (p.R_1, p.R_2, p.R_3, p.R_4, p.R_5, p.R_6, p.R_7, p.R_8)
-    return sheath_of(p.mu, p.n_seg, lengths, radii).lam
+    return sheath_of(p.mu, p.n_seg, p.L, p.R).lam
 
 
 def bend_left(p: Any) -> float:
@@ -216,12 +199,12 @@ def _outputs(p: Params, g: Rig, s: State) -> Outputs:
     filled = layers_below(s.theta_in, g.layer_angle, g.n_layers, 1.0)
     r_a = g.r_1 + filled * g.rise
     r_b = g.r_1 + (g.n_layers - 1 - filled) * g.rise
-    F_a = s.way * wheel_friction(p.mu, s.a_T_0, 0.0, p.D, p.d, filled) * p.s_w
-    F_b = s.way * wheel_friction(p.mu, s.b_T_0, 0.0, p.D, p.d, g.n_layers - 1 - filled) * p.s_w
-    T_a = s.a_T_0 + F_a  # (24)
-    T_b = s.b_T_0 - F_b
+    F_a = s.way * wheel_friction(p.mu, s.a_T[0], 0.0, p.D, p.d, filled) * p.s_w
+    F_b = s.way * wheel_friction(p.mu, s.b_T[0], 0.0, p.D, p.d, g.n_layers - 1 - filled) * p.s_w
+    T_a = s.a_T[0] + F_a  # (24)
+    T_b = s.b_T[0] - F_b
     elongation = stretched(g.sheath, loop.a) / g.EA - g.delta_0  # (23)
-    slack_b = max(-stretch_b(g, loop, s.theta_in), 0.0) if s.b_T_0 == 0.0 else 0.0  # (34)
+    slack_b = max(-stretch_b(g, loop, s.theta_in), 0.0) if s.b_T[0] == 0.0 else 0.0  # (34)
     return Outputs(s.theta_out, T_a, T_b, elongation, slack_b, T_a * r_a - T_b * r_b, int(s.stage))
 
 

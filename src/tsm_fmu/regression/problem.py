@@ -17,7 +17,7 @@ from lmfit import Parameters
 from numpy.typing import NDArray
 
 from ..kernels.kernel import Kernel, compiled_run
-from ..models.contract import Condition, Variable
+from ..models.contract import Condition, Variable, packed
 from .threads import spread
 
 FloatArray = NDArray[np.float64]
@@ -105,7 +105,7 @@ class Problem:
 
     @cached_property
     def fields(self) -> tuple[str, ...]:
-        return self.kernel.module.Params._fields
+        return tuple(v.field for v in self.kernel.parameters)
 
     @cached_property
     def declared(self) -> Mapping[str, Variable]:
@@ -154,7 +154,7 @@ class Problem:
         values = row.tolist()
         for j in self._whole:
             values[j] = int(values[j])
-        return self.kernel.module.Params._make(values)
+        return packed(self.kernel.module.Params, values)
 
     @cached_property
     def _whole(self) -> list[int]:

@@ -11,7 +11,7 @@ from lmfit import Parameters
 from ..card import ModelCard
 from ..kernels.kernel import Kernel
 from ..logs.record import Record
-from ..models.contract import InputError, with_unit
+from ..models.contract import InputError, flat, with_unit
 from .problem import FitRun
 
 
@@ -57,7 +57,7 @@ def fit_parameters(
                 f"--fix {name} of {model.name} -- expected one of {', '.join(known)} -- see 'tsm-fmu list'"
             )
     result = Parameters()
-    for variable, value in zip(model.parameters, start, strict=True):
+    for variable, value in zip(model.parameters, flat(start), strict=True):
         name, quantity, earlier = variable.name, variable.quantity, held.get(variable.name)
         lo = max(quantity.lo, earlier.lo if earlier else -math.inf)
         hi = min(quantity.hi, earlier.hi if earlier else math.inf)

@@ -50,8 +50,7 @@ class ChosenModel:
         if self.card is None:
             return self.kernel.params(self.preset or None, values)
         shared = self.card.params(run if run in self.card.per_run else None)
-        fitted = {v.name: x for v, x in zip(self.kernel.parameters, shared, strict=True)}
-        return self.kernel.params(values={**fitted, **(values or {})})
+        return self.kernel.params(values={**self.kernel.named(shared), **(values or {})})
 
 
 def chosen_model(model: ModelLike) -> ChosenModel:

@@ -89,7 +89,7 @@ def random_parameters(kernel: Kernel, source: random.Random) -> Any:
     """Allowed parameters about a preset, some at their bounds."""
     while True:
         preset = source.choice([None, *kernel.presets])
-        values = {v.name: x for v, x in zip(kernel.parameters, kernel.params(preset), strict=True)}
+        values = kernel.named(kernel.params(preset))
         for v in kernel.parameters:
             values[v.name] = _near(v, values[v.name], source)
         try:

@@ -11,7 +11,7 @@ import numpy as np
 from ...identification.fit import SETTLING
 from ...kernels.chain import attach, chain
 from ...kernels.kernel import Kernel, kernel
-from ...models.contract import InputError
+from ...models.contract import InputError, flat
 from ...regression.descent import STEPS, cost, descended
 from ...regression.problem import FitRun, FloatArray, Problem
 from ...regression.specification import fit_parameters, per_run_fields
@@ -135,8 +135,8 @@ class Fitted:
     def share_of(self, spec: str) -> FloatArray:
         """RMS of what an effect does, by channel, as part of the channel's spread; nothing is refitted."""
         one = attach(kernel(self.model), spec)
-        fields = [one.prefix + name for name in one.module.Params._fields]
-        return self.change_with(dict(zip(fields, one.module.NEUTRAL, strict=True)))
+        fields = [one.prefix + v.field for v in Kernel(one.module).parameters]
+        return self.change_with(dict(zip(fields, flat(one.module.NEUTRAL), strict=True)))
 
     def change_with(self, values: Mapping[str, float]) -> FloatArray:
         """RMS by which other values of some fields change the channels, as part of their spread; nothing is refitted.
@@ -271,8 +271,8 @@ def as_given(task: Task, effects: Sequence[str]) -> Fitted:
     own = _own(kernel, task)
     known = {v.name for v in kernel.parameters}
     parameters = fit_parameters(kernel, task.preset, {n: v for n, v in task.values.items() if n in known})
-    for name in kernel.module.Params._fields:
-        parameters[name].vary = name in own
+    for v in kernel.parameters:
+        parameters[v.field].vary = v.field in own
     problem = Problem(kernel, list(runs), task.channels, parameters, own)
     start = problem.start()
     for run, simulated in zip(runs, problem.outputs_of_all(start), strict=True):

@@ -145,9 +145,10 @@ class Unit:
         """Constants, struct types beside those of ``model.h``, and prototypes."""
         lines = [f"static const {_constant(n, x)};" for n, x in self.constants.items()]
         lines += [""] if lines else []
-        own = {getattr(self.module, name) for name in MAIN} if not self.arithmetic.suffix else set()
+        main = [] if self.arithmetic.suffix else [Record(getattr(self.module, name)) for name in MAIN]
+        known = {*main, *(kind for record in main for kind in record.fields.values())}
         for kind in self.types:
-            if not (isinstance(kind, Record) and kind.cls in own):
+            if kind not in known:
                 lines += [*self.struct(kind), ""]
         used = "\n".join(line for law in self.laws for line in law.lines)
         nothings = [f"nothing_{self.type_name(kind, self.arithmetic)};" for kind in self.nothings]

@@ -42,8 +42,8 @@ def rig(p: Any) -> Rig:
     sheath = sheath_of(
         p.mu,
         p.n_seg,
-        (p.L_1, p.L_2, p.L_3, p.L_4, p.L_5, p.L_6, p.L_7, p.L_8),
-        (p.R_1, p.R_2, p.R_3, p.R_4, p.R_5, p.R_6, p.R_7, p.R_8),
+        p.L,
+        p.R,
     )
     length = path_length(sheath)
     several = p.layers == 1

@@ -195,7 +195,7 @@ def _lugre() -> list[Claim]:
     k = kernel("LuGreFriction")
     p = k.params("published")
     low, _ = stiffness_band()
-    length = kernel(MODEL).params("published").L_1
+    length = kernel(MODEL).params("published").L[0]
     per_weight = p.F_c / WEIGHT_N["m05_180"]
     effect = {case: 1e3 * per_weight * WEIGHT_N[case] * length / low for case in ("m05_180", "m10_540")}
     left = max(RESIDUAL_REVERSE_MM)
