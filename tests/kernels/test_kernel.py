@@ -133,6 +133,41 @@ def test_row_k_plus_1_is_set_before_the_step_to_it(counter, compiled) -> None:
     assert y[:, 0].tolist() == [0.0, 0.2, 0.2 + -1.0 * (0.3 - 0.1)]
 
 
+class Gains(NamedTuple):
+    n: Annotated[int, Quantity("1", "gains that count", lo=1, hi=3)] = 2
+    g: Annotated[tuple[float, float, float], Quantity("1", "gain")] = (0.7, 0.11, 1.3)
+    offset: Annotated[float, Quantity("m", "offset")] = 0.17
+
+
+class Line(NamedTuple):
+    last: Annotated[tuple[float, float], Quantity("m", "positions")]
+
+
+def gains_start(p: Gains, u: Inputs) -> tuple[Line, Outputs]:
+    return Line((0.0, u.v)), Outputs(p.offset)
+
+
+def gains_step(p: Gains, s: Line, u: Inputs, dt: float) -> tuple[Line, Outputs]:
+    total = p.offset
+    for i in range(p.n):
+        total += p.g[i] * u.v
+    return Line((s.last[1], u.v)), Outputs(total + s.last[0] * p.g[2])
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_parameters_and_states_may_be_tuples(counter, compiled) -> None:
+    counter.module.__dict__.update(Params=Gains, State=Line, start=gains_start, step=gains_step)
+    p = counter.params(values={"g_2": 0.53, "g_3": -0.31, "n": 3})
+    assert p == Gains(3, (0.7, 0.53, -0.31), 0.17)
+    assert counter.named(p) == {"n": 3, "g_1": 0.7, "g_2": 0.53, "g_3": -0.31, "offset": 0.17}
+    y = counter.simulate(p, [0.0, 0.1, 0.3, 0.4], [[0.37], [2.0], [-1.0], [0.9]], compiled=compiled)[:, 0]
+    gain = 0.7 + 0.53 - 0.31
+    expected = [0.17, 0.17 + 2.0 * gain, 0.17 - gain + 0.37 * -0.31, 0.17 + 0.9 * gain + 2.0 * -0.31]
+    np.testing.assert_allclose(y, expected, rtol=1e-14)
+    with pytest.raises(InputError, match=r"parameter 'g_4' of Counter -- expected one of n, g_1, g_2, g_3, offset"):
+        counter.params(values={"g_4": 1.0})
+
+
 @pytest.mark.parametrize("compiled", [True, False])
 def test_a_condition_lost_while_running_is_one_line(counter, compiled) -> None:
     with pytest.raises(InputError, match=r"^Counter stopped: x left its range -- expected at most limit -- raise"):

@@ -6,7 +6,17 @@ from typing import Annotated, NamedTuple
 import pytest
 
 from tsm_fmu import InputError
-from tsm_fmu.models.contract import Condition, Quantity, check_bounds, check_conditions, named, variables
+from tsm_fmu.models.contract import (
+    Condition,
+    Quantity,
+    check_bounds,
+    check_conditions,
+    flat,
+    named,
+    packed,
+    sizes,
+    variables,
+)
 
 
 class Declared(NamedTuple):
@@ -137,3 +147,70 @@ def test_a_choice_out_of_bounds_is_told_with_the_names_of_all() -> None:
 
     with pytest.raises(InputError, match=r"expected 1 \(plain\) or 2 \(exact\) or 3 \(mixed\) -- choose"):
         check_bounds(variables(Chosen), (4,))
+
+
+Two = tuple[float, float]
+
+
+class Bent(NamedTuple):
+    n: Annotated[int, Quantity("1", "pieces", lo=1, hi=3)] = 2
+    L: Annotated[Two, Quantity("m", "length of a piece", lo=0.0, open_lo=True, display="mm")] = (0.7, 0.013)
+    load__r_: Annotated[tuple[float, float, float], Quantity("m", "radius")] = (0.1, 0.2, 0.3)
+    mu: Annotated[float, Quantity("1", "friction coefficient")] = 0.17
+
+
+class Memory(NamedTuple):
+    line: Annotated[tuple[float, float, float], Quantity("N", "what was")]
+
+
+def test_a_tuple_is_its_items_numbered_from_one() -> None:
+    assert [(v.name, v.field, v.kind, v.start) for v in variables(Bent)] == [
+        ("n", "n", int, 2),
+        ("L_1", "L_1", float, 0.7),
+        ("L_2", "L_2", float, 0.013),
+        ("load.r_1", "load__r__1", float, 0.1),
+        ("load.r_2", "load__r__2", float, 0.2),
+        ("load.r_3", "load__r__3", float, 0.3),
+        ("mu", "mu", float, 0.17),
+    ]
+    assert variables(Bent)[2].quantity == Quantity("m", "length of a piece", lo=0.0, open_lo=True, display="mm")
+    assert [v.start for v in variables(Memory)] == [0.0, 0.0, 0.0]
+    assert sizes(Bent) == (0, 2, 3, 0)
+
+
+def test_numbers_flat_and_packed_are_inverse() -> None:
+    numbers = (3, 0.11, 0.23, 0.31, 0.43, 0.57, 0.61)
+    p = packed(Bent, list(numbers))
+    assert p == Bent(3, (0.11, 0.23), (0.31, 0.43, 0.57), 0.61)
+    assert flat(p) == numbers
+    assert packed(Bent, flat(Bent())) == Bent()
+    assert named(p) == dict(zip((v.name for v in variables(Bent)), numbers, strict=True))
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 6, 8])
+def test_too_few_or_too_many_numbers_are_a_defect(count) -> None:
+    with pytest.raises(TypeError, match=rf"{count} numbers for Bent -- expected 7"):
+        packed(Bent, [1.0] * count)
+
+
+def test_a_value_outside_in_a_tuple_is_named_by_its_item() -> None:
+    with pytest.raises(InputError, match=r"parameter L_2 = 0\.0 m \(length of a piece\) -- expected a value in \(0, "):
+        check_bounds(variables(Bent), Bent(L=(0.1, 0.0)))
+
+
+class Unsized(NamedTuple):
+    L: Annotated[tuple[float, ...], Quantity("m", "length")]
+
+
+class Whole(NamedTuple):
+    n: Annotated[tuple[int, int], Quantity("1", "counts")]
+
+
+class Words(NamedTuple):
+    name: Annotated[str, Quantity("1", "name")]
+
+
+@pytest.mark.parametrize("fields", [Unsized, Whole, Words])
+def test_another_type_is_a_defect(fields) -> None:
+    with pytest.raises(TypeError, match=rf"{fields.__name__}\.\w+ is no float, int or tuple of floats of known length"):
+        variables(fields)

@@ -60,4 +60,4 @@ def export_answer(folder: Path, found: Diagnosis) -> tuple[Path, dict[str, float
 def _parameters(card: ModelCard, own: Mapping[str, float]) -> dict[str, float]:
     values = {name: p.value for name, p in card.parameters.items()} | dict(own)
     kernel = card.kernel()
-    return {v.name: x for v, x in zip(kernel.parameters, kernel.params(card.preset or None, values), strict=True)}
+    return kernel.named(kernel.params(card.preset or None, values))
