@@ -40,7 +40,7 @@ def test_params_says_what_is_wrong(preset, values, message) -> None:
 
 @pytest.mark.parametrize("value", [1.5, "2.5", math.inf, math.nan, 4])
 def test_whole_numbers_are_asked_for(value) -> None:
-    with pytest.raises(InputError, match=r"parameter kind = .* -- expected (an integer \[1\]|a value in \[1, 3\])"):
+    with pytest.raises(InputError, match=r"parameter kind = .* -- expected (an integer \[1\]|1 \(sines\) or 2)"):
         kernel("ReferenceSignal").params(values={"kind": value})
 
 
