@@ -124,6 +124,27 @@ def test_a_result_serves_as_model(fitted, frame, tmp_path):
     assert len(direct.figure().data) == 2
 
 
+def test_logs_to_fmu_in_five_lines(fitted, frame, tmp_path):
+    """The distal sensor comes 60 ms late in the second rig; the model of the answer leaves less than the fit did."""
+    time = frame["time [s]"].to_numpy()
+    late = frame.assign(**{"x_out [rad]": np.interp(time - 0.06, time, frame["x_out [rad]"])})
+    steps = []
+    found = tsm.diagnose(
+        fitted, late[time < 7.0], holdout=late[time >= 7.0].reset_index(drop=True), progress=steps.append
+    )
+    assert found.verdict in ("named", "ambiguous", "unknown", "parameters")
+    assert {"delay", "sensor_lag"} & {spec.partition("@")[0] for spec in found.to_frame().index}
+    gap = found.gap["x_out"]
+    assert gap.after < gap.before
+    assert found.answer in found.summary()
+    assert "<table" in found._repr_html_()
+    assert len(found.figure().data) >= 1
+    assert steps
+    unit = tsm.export(found.model, tmp_path / "MyDrive.fmu")
+    record = tsm.read_record(late)
+    np.testing.assert_allclose(tsm.simulate(unit, record)["x_out"], tsm.simulate(found, record)["x_out"], atol=1e-12)
+
+
 def test_an_output_that_is_not_there_is_named(fitted, frame):
     with pytest.raises(KeyError, match="expected one of x_out, x_h"):
         tsm.simulate(fitted, frame)["y"]

@@ -1,6 +1,7 @@
 from .card import ModelCard as ModelCard
 from .card import read_card as read_card
 from .card import write_card as write_card
+from .diagnosis.result import Diagnosis as Diagnosis
 from .kernels.chain import chain as chain
 from .kernels.kernel import Kernel as Kernel
 from .kernels.kernel import kernel as kernel
@@ -10,6 +11,7 @@ from .logs.record import write_record as write_record
 from .models.contract import InputError as InputError
 from .verbs.check import CheckResult as CheckResult
 from .verbs.check import check as check
+from .verbs.diagnose import diagnose as diagnose
 from .verbs.export import export as export
 from .verbs.identify import IdentifyResult as IdentifyResult
 from .verbs.identify import identify as identify

@@ -21,7 +21,7 @@ from ..regression.search import Progress
 from ..regression.specification import fit_parameters, fit_run, measured_channels, per_run_fields
 from ..report.text import text_table
 from .models import ModelLike, chosen_model
-from .runs import RunLike, records_of
+from .runs import RunLike, grouped
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -211,9 +211,8 @@ def identify(
     extended = with_nuisance(chosen.kernel, chosen.effects, nuisance)
     kernel = extended.kernel
     parameters = fit_parameters(kernel, chosen.preset or None, values, [*fixed, *extended.fixed], chosen.card)
-    measured = records_of(runs)
-    held_out = records_of(holdout)
-    records = records_of([*measured, *held_out])
+    measured, held_out = grouped(runs, holdout)
+    records = [*measured, *held_out]
     channels = measured_channels(kernel, records)
     fit_runs = [fit_run(kernel, record, channels, cutoff) for record in records]
     limit_delays(parameters, extended.delays, fit_runs)

@@ -19,7 +19,7 @@ class HasCard(Protocol):
     """The result of a fit or a diagnosis."""
 
     @property
-    def card(self) -> ModelCard: ...
+    def card(self) -> ModelCard | None: ...
 
 
 ModelLike = str | os.PathLike[str] | ModelCard | Kernel | HasCard
@@ -64,6 +64,8 @@ def chosen_model(model: ModelLike) -> ChosenModel:
     if isinstance(model, Kernel):
         return ChosenModel(model, next(iter(model.presets), ""), None, tuple(getattr(model.module, "EFFECTS", ())))
     if isinstance(model, HasCard):
+        if model.card is None:
+            raise InputError(f"{type(model).__name__} without a model -- expected one -- look at its answer")
         model = model.card
     if isinstance(model, ModelCard):
         return ChosenModel(model.kernel(), model.preset, model, model.effects)

@@ -6,6 +6,7 @@ import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -47,7 +48,7 @@ def records_of(runs: RunLike | Sequence[RunLike], options: ReadOptions | None = 
     InputError
         A file given twice, two runs of one name, or a run that cannot be read.
     """
-    many: Sequence[Any] = runs if isinstance(runs, Sequence) and not isinstance(runs, str) else [runs]
+    many = _listed(runs)
     files = [Path(run) for run in many if isinstance(run, (str, os.PathLike))]
     names = iter(_names_of(files))
     records = [_record(run, number, names, options or ReadOptions()) for number, run in enumerate(many, 1)]
@@ -57,6 +58,17 @@ def records_of(runs: RunLike | Sequence[RunLike], options: ReadOptions | None = 
     for record in records:
         check_size(str(record.source or record.name), record.time, record.columns, record.first_row)
     return records
+
+
+def grouped(*groups: RunLike | Sequence[RunLike]) -> list[list[Record]]:
+    """Records of several groups of runs, with names that are unique over all of them."""
+    sizes = [len(_listed(group)) for group in groups]
+    records = iter(records_of([run for group in groups for run in _listed(group)]))
+    return [list(islice(records, size)) for size in sizes]
+
+
+def _listed(runs: Any) -> Sequence[Any]:
+    return runs if isinstance(runs, Sequence) and not isinstance(runs, str) else [runs]
 
 
 def _record(run: Any, number: int, names: Any, options: ReadOptions) -> Record:

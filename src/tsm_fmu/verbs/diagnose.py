@@ -1,0 +1,80 @@
+"""``diagnose``: where a model and measured runs disagree, and which effect is missing."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from ..diagnosis.report.write import write_diagnosis
+from ..diagnosis.result import Diagnosis
+from ..diagnosis.workflow import diagnose as find
+from ..logs.record import cutoff_note
+from ..models.contract import InputError
+from .models import ModelLike, chosen_model
+from .runs import RunLike, grouped
+
+
+def diagnose(
+    model: ModelLike,
+    runs: RunLike | Sequence[RunLike],
+    *,
+    holdout: RunLike | Sequence[RunLike] = (),
+    reference: RunLike | Sequence[RunLike] = (),
+    values: Mapping[str, float] | None = None,
+    cutoff: float | None = None,
+    seed: int = 0,
+    out: str | os.PathLike[str] | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Diagnosis:
+    """Find the effect that a model misses; nothing, or "cannot tell", are answers too.
+
+    Parameters
+    ----------
+    model : str, path, ModelCard, Kernel or result
+        The model that disagrees, see `identify`.
+    runs : path, Record, DataFrame, or a sequence of them
+        Runs with the gap.
+    holdout, reference : path, Record, DataFrame, or a sequence of them
+        Runs that confirm a name; runs of the same rig without the missing effect.
+    values : mapping of str to float, optional
+        Parameter values by public name, SI.
+    cutoff : float, optional
+        Cut-off [Hz] where v and a are derived from x.
+    seed : int
+        Same seed, same result.
+    out : str or Path, optional
+        Folder for ``diagnosis.json``, the model of the answer as card and FMU, and the report; nothing is written
+        without it.
+    progress : callable
+        Told what is being done, in a few words.
+
+    Returns
+    -------
+    Diagnosis
+        ``verdict``, ``answer``, ``effects``, ``gap``, ``model`` (a card), ``summary()``, ``to_frame()``, ``figure()``.
+
+    Raises
+    ------
+    InputError
+        Unknown names, values out of bounds, runs that cannot be read or do not fit the model.
+    """
+    chosen = chosen_model(model)
+    folder = None if out is None else Path(out)
+    if folder is not None and folder.exists() and not folder.is_dir():
+        raise InputError(f"--out {folder} -- expected a folder, this is a file -- choose another name")
+    start = {**chosen.values, **(values or {})}
+    chosen.kernel.params(chosen.preset or None, start)
+    measured, references, held_out = grouped(runs, reference, holdout)
+    records = [*measured, *references, *held_out]
+    found = find(
+        chosen.kernel, measured, values=start, preset=chosen.preset or None, fixed=chosen.fixed,
+        reference=references, holdout=held_out, cutoff=cutoff, seed=seed, progress=progress,
+    )  # fmt: skip
+    unused = cutoff_note(cutoff, records, [v.name for v in chosen.kernel.inputs])
+    found = replace(found, notes=(*found.notes, *(note.rstrip(".") for note in unused)))
+    if folder is not None:
+        progress("card, FMU, report")
+        write_diagnosis(folder, found)
+    return found
