@@ -49,7 +49,7 @@ def drive_error(run):
 
 
 def test_the_order_passes_every_signal_on_at_once_but_into_the_motor(cases):
-    plan = schedule(check_system(cases["periodic.law_1"][0]))
+    plan = schedule(check_system(cases["periodic.law_1"][0]), "delay")
     assert {d.target for d in plan.delayed} == {("motor", "u"), ("motor", "tau_load")}
 
 

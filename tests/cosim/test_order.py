@@ -1,8 +1,11 @@
 """Order of evaluation, and algebraic loops by the names of their ports."""
 
+import re
+
 import pytest
 
 from tsm_fmu import InputError
+from tsm_fmu.cosim.master import simulate_system
 from tsm_fmu.cosim.order import schedule
 from tsm_fmu.cosim.system import Component, Connection, System, check_system
 
@@ -45,3 +48,36 @@ def test_an_fmu_that_states_no_dependencies_may_be_in_a_feedback(foreign):
     units, free = foreign["units"], {"speed": 0.0, "kelvin": 0.0}
     plan = ordered([Component("p", units, free)], [("p.angle_rad", "p.angle")])
     assert [d.target for d in plan.delayed] == [("p", "angle")]
+
+
+def gains(foreign):
+    components = [Component(n, foreign["gain"], {"k": -0.4, "u_2": 1.0}) for n in ("a", "b")]
+    return System(tuple(components), (Connection("a.y", "b.u"), Connection("b.y", "a.u")))
+
+
+def test_a_delayed_loop_is_said_with_the_port_that_is_late_and_has_its_closed_form(foreign):
+    """a_n = 1 + k b_(n-1), b_n = 1 + k a_n: geometric towards 1/(1 - k)."""
+    run = simulate_system(gains(foreign), 0.3, 0.01, loops="delay")
+    assert run.messages == ("algebraic loop a.y -> b.u -> b.y -> a.u -> a.y: one step late at a.u",)
+    a, b = run.columns["a.y"], run.columns["b.y"]
+    assert a[1:] == pytest.approx(1.0 - 0.4 * b[:-1], rel=1e-14)
+    assert b == pytest.approx(1.0 - 0.4 * a, rel=1e-14)
+    assert a[-1] == pytest.approx(1.0 / 1.4, rel=1e-9)
+
+
+def test_components_that_cannot_save_their_state_are_named(foreign):
+    with pytest.raises(InputError, match=r"cannot be iterated: a, b cannot save its state .* --loops delay"):
+        simulate_system(gains(foreign), 0.3, 0.01, loops="iterate")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"loops": "guess"}, "loops 'guess' -- expected one of refuse, delay, iterate"),
+        ({"loops": "iterate", "method": "jacobi"}, "loops 'iterate' with method 'jacobi' -- expected Gauss-Seidel"),
+        ({"tolerance": 0.0}, "tolerance 0.0 -- expected a number between 0 and 1"),
+    ],
+)
+def test_wrong_options_of_loops_are_refused(foreign, options, message):
+    with pytest.raises(InputError, match=re.escape(message)):
+        simulate_system(gains(foreign), 0.3, 0.01, **options)

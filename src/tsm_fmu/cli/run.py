@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from .app import app, print_json, settings
-from .systems import TIME_LIMIT, Case, Folder, Isolate, Jacobi, Step, StopTime, System, TimeLimit, Values
+from .systems import TIME_LIMIT, Case, Folder, Isolate, Jacobi, Loops, Step, StopTime, System, TimeLimit, Values
 
 
 @app.command("run")
@@ -19,6 +19,7 @@ def run(
     stop: StopTime = None,
     step: Step = None,
     jacobi: Jacobi = False,
+    loops: Loops = None,
     isolate: Isolate = None,
     time_limit: TimeLimit = TIME_LIMIT,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
@@ -27,7 +28,8 @@ def run(
     from ..verbs.run import run as run_system
 
     result = run_system(
-        what, out=out, values=settings(values), case=case, stop=stop, step=step, jacobi=jacobi, isolate=isolate,
+        what, out=out, values=settings(values), case=case, stop=stop, step=step, jacobi=jacobi, loops=loops,
+        isolate=isolate,
         time_limit=time_limit, progress=not as_json,
     )  # fmt: skip
     for line in result.messages:

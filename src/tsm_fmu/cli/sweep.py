@@ -10,7 +10,7 @@ import typer
 
 from ..models.contract import InputError
 from .app import app, print_json, settings
-from .systems import TIME_LIMIT, Case, Folder, Isolate, Jacobi, Step, StopTime, System, TimeLimit, Values
+from .systems import TIME_LIMIT, Case, Folder, Isolate, Jacobi, Loops, Step, StopTime, System, TimeLimit, Values
 
 
 @app.command("sweep")
@@ -26,6 +26,7 @@ def sweep(
     stop: StopTime = None,
     step: Step = None,
     jacobi: Jacobi = False,
+    loops: Loops = None,
     isolate: Isolate = None,
     time_limit: TimeLimit = TIME_LIMIT,
     scheduler: Annotated[
@@ -42,7 +43,8 @@ def sweep(
     if both := [name for name in varied if name in settled]:
         raise InputError(f"--vary and --set {both[0]} -- expected one of them -- drop the --set")
     result = sweep_system(
-        what, varied, out=out, values=settled, case=case, stop=stop, step=step, jacobi=jacobi, isolate=isolate,
+        what, varied, out=out, values=settled, case=case, stop=stop, step=step, jacobi=jacobi, loops=loops,
+        isolate=isolate,
         time_limit=time_limit, progress=not as_json, notes=lambda line: typer.echo(line, err=True),
     )  # fmt: skip
     for line in result.failures:

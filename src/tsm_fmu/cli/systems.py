@@ -27,4 +27,8 @@ Isolate = Annotated[
 TimeLimit = Annotated[
     float, typer.Option("--time-limit", metavar="S", help="Longest time of one call of an FMU there [s].")
 ]
+Loops = Annotated[
+    str | None,
+    typer.Option("--loops", metavar="HOW", help="Algebraic loops: refuse (default), delay by a step, or iterate."),
+]
 Jacobi = Annotated[bool, typer.Option("--jacobi", help="Exchange all values at once (default Gauss-Seidel).")]

@@ -86,6 +86,7 @@ def run_cases(
                 experiment.step,
                 start=experiment.start,
                 method=experiment.method,
+                loops=experiment.loops,
                 record=wanted,
                 progress=progress,
             )

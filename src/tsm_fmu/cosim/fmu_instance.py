@@ -277,6 +277,19 @@ class FmuInstance:
             self._log.extend(said)
         return None
 
+    def save_state(self) -> Any:
+        """The complete state, to be given back to `restore_state` and `free_state`."""
+        return self._fmu.getFMUState()
+
+    def restore_state(self, state: Any) -> None:
+        """Go back to a saved state."""
+        self._fmu.setFMUState(state)
+
+    def free_state(self, state: Any) -> None:
+        """Give the memory of a saved state back."""
+        if self._stage != "fatal":
+            self._fmu.freeFMUState(state)
+
     def close(self) -> None:
         """Terminate and free: after an error only the freeing is allowed, after Fatal nothing is."""
         if self._stage == "closed":

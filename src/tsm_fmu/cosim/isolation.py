@@ -9,6 +9,7 @@ import multiprocessing
 import os
 import shutil
 import signal
+import sys
 import tempfile
 import traceback
 from collections.abc import Callable, Iterable, Iterator
@@ -123,7 +124,8 @@ class Isolated:
         context = multiprocessing.get_context("spawn")  # a fork would inherit the threads of compiled kernels
         self._connection, other = context.Pipe()
         self._process = context.Process(target=_work, args=(other,), daemon=True)
-        self._process.start()
+        with _without_main():
+            self._process.start()
         other.close()
 
     def _answer(self, folder: Path) -> Trajectory:
@@ -165,6 +167,18 @@ class Isolated:
             self._process.join()
         self._connection.close()
         self._process = self._connection = None
+
+
+@contextmanager
+def _without_main() -> Iterator[None]:
+    """Keep the other process from running the caller's script again, which need not be guarded against that."""
+    main = vars(sys.modules["__main__"])
+    hidden = {name: main.pop(name) for name in ("__spec__", "__file__") if name in main}
+    main["__spec__"] = None
+    try:
+        yield
+    finally:
+        main.update(hidden)
 
 
 def _work(connection: Any) -> None:

@@ -13,14 +13,26 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from typing import Any
 
 from ..models.contract import InputError
+from .exchange import (
+    Advance,
+    Part,
+    Transfer,
+    gauss_seidel,
+    in_sequence,
+    iterated,
+    jacobi,
+    move,
+    settle,
+    settle_loop,
+    transfers_to,
+)
 from .fmu_instance import FmuFailure, FmuInstance
 from .journal import Journal
-from .order import Schedule, schedule
+from .order import AlgebraicLoop, Schedule, schedule
 from .recorder import Recorder, Selection, left_out, select
-from .system import Link, System, Wiring, check_system
+from .system import System, Wiring, check_system
 from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 from .unpack import unpacked
 
@@ -28,9 +40,6 @@ STOP_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SI
 METHODS = ("gauss-seidel", "jacobi")
 MOST_STEPS = 1e8
 """More rows than this fit into no memory that such a run has."""
-
-Transfer = tuple[Any, int, Any, int, float, float]
-"""Target buffer and index, source buffer and index, gain, offset."""
 
 
 def simulate_system(
@@ -40,6 +49,8 @@ def simulate_system(
     *,
     start: float = 0.0,
     method: str = "gauss-seidel",
+    loops: str = "refuse",
+    tolerance: float = 1e-9,
     record: Sequence[str] | None = None,
     decimation: int = 1,
     progress: bool = False,
@@ -55,6 +66,10 @@ def simulate_system(
         Time [s]; ``stop - start`` is a whole number of steps.
     method : {"gauss-seidel", "jacobi"}
         Order of the exchange.
+    loops : {"refuse", "delay", "iterate"}
+        What becomes of algebraic loops; ``iterate`` needs Gauss-Seidel and FMUs that save their state.
+    tolerance : float
+        Of that iteration, relative to each value or to 1.
     record : sequence of str, optional
         ``component.variable`` or ``component`` (all its outputs); without it all outputs.
     decimation : int
@@ -83,24 +98,28 @@ def simulate_system(
         raise InputError(f"method {method!r} -- expected one of {', '.join(METHODS)} -- choose one")
     if decimation < 1:
         raise InputError(f"decimation {decimation!r} -- expected 1 or more -- give 1 to record every point")
+    if loops == "iterate" and method == "jacobi":
+        raise InputError("loops 'iterate' with method 'jacobi' -- expected Gauss-Seidel -- leave --jacobi out")
+    if not 0.0 < tolerance < 1.0:
+        raise InputError(f"tolerance {tolerance!r} -- expected a number between 0 and 1 -- correct it")
     wiring = check_system(system)
-    plan = schedule(wiring)
+    plan = schedule(wiring, loops)
     selection = select(wiring, record)
     with ExitStack() as stack:
         instances = _instantiate(wiring, selection, stack, journal)
-        notes = (*system.notes, *left_out(wiring, record))
+        notes = (*system.notes, *(_said(loop, loops) for loop in plan.loops), *left_out(wiring, record))
         recorder = Recorder(selection, instances, 2 + steps // decimation, notes, journal)
         order = [instances[name] for name in plan.components]
-        transfers = {name: _transfers(name, wiring, instances) for name in instances}
+        transfers = {name: transfers_to(name, wiring, instances) for name in instances}
+        wanted = tolerance if loops == "iterate" else None
+        advance_all = _advance(plan, instances, transfers, method, wanted)
         try:
-            _initialise(wiring, plan, instances, transfers, start)
+            _initialise(wiring, plan, instances, transfers, start, wanted)
             recorder.store(start)
             with interruptible() as interrupted, bar(progress, system.name, steps) as advance:
-                exchange = _gauss_seidel if method == "gauss-seidel" else _jacobi
-                plain = [(instance, transfers[instance.name]) for instance in order]
                 for k in range(steps):
                     time = start + k * step
-                    exchange(plain, time, step)
+                    advance_all(time, step)
                     if ended := [i for i in order if i.ended_at is not None]:
                         _store_end(recorder, ended, len(order), start + (k + 1) * step)
                         break
@@ -112,6 +131,38 @@ def simulate_system(
         except FmuFailure as failure:
             raise SimulationStopped(str(failure), recorder.trajectory(str(failure))) from failure
         return recorder.finished()
+
+
+def _said(loop: AlgebraicLoop, loops: str) -> str:
+    if loops == "iterate":
+        return f"{loop}: iterated in each step"
+    return f"{loop}: one step late at {', '.join('.'.join(link.target) for link in loop.late)}"
+
+
+def _advance(
+    plan: Schedule,
+    instances: Mapping[str, FmuInstance],
+    transfers: Mapping[str, list[Transfer]],
+    method: str,
+    tolerance: float | None,
+) -> Advance:
+    """The step of the whole system; algebraic loops are iterated with a tolerance."""
+
+    def parts(names: Sequence[str]) -> list[Part]:
+        return [(instances[name], transfers[name]) for name in names]
+
+    if method == "jacobi":
+        return jacobi(parts(plan.components))
+    if tolerance is None or not plan.loops:
+        return gauss_seidel(parts(plan.components))
+    advances: list[Advance] = []
+    for name in plan.components:
+        loop = next((found for found in plan.loops if name in found.components), None)
+        if loop is None:
+            advances.append(gauss_seidel(parts([name])))
+        elif name == loop.components[0]:
+            advances.append(iterated(loop, parts(loop.components), instances, tolerance))
+    return in_sequence(advances)
 
 
 def _store_end(recorder: Recorder, ended: Sequence[FmuInstance], running: int, time: float) -> None:
@@ -167,27 +218,19 @@ def _instantiate(
     return instances
 
 
-def _transfers(name: str, wiring: Wiring, instances: Mapping[str, FmuInstance]) -> list[Transfer]:
-    def transfer(link: Link) -> Transfer:
-        target = instances[name].port(link.target[1], "inputs")
-        source = instances[link.source[0]].port(link.source[1], "outputs")
-        return (*target, *source, link.gain, link.offset)
-
-    return [transfer(link) for link in wiring.links if link.target[0] == name]
-
-
 def _initialise(
     wiring: Wiring,
     plan: Schedule,
     instances: Mapping[str, FmuInstance],
     transfers: Mapping[str, list[Transfer]],
     start: float,
+    tolerance: float | None,
 ) -> None:
     """Bring all components through initialisation mode with consistent inputs.
 
     In that mode outputs follow inputs, so the values are handed on in order until none changes. An FMU
     that computes its outputs only on leaving the mode is served too: each gets its inputs once more just
-    before it leaves.
+    before it leaves. Algebraic loops are solved where a tolerance is given.
     """
     for component in wiring.system.components:
         instances[component.name].enter_initialization(start, None, component.parameters)
@@ -198,43 +241,21 @@ def _initialise(
     for _ in range(len(instances) + 1):
         before = [bytes(block.values) for i in instances.values() for block in i.inputs]
         for name in plan.components:
-            _move(transfers[name])
-            instances[name].set_inputs(start)
-            instances[name].get_outputs(start)
+            settle([(instances[name], transfers[name])], start)
+        if tolerance is not None:
+            for loop in plan.loops:
+                parts = [(instances[name], transfers[name]) for name in loop.components]
+                settle_loop(loop, parts, instances, tolerance, start)
         if before == [bytes(block.values) for i in instances.values() for block in i.inputs]:
             break
     for name, instance in instances.items():
         if failure := instance.not_started(start) or (alone[name] if not instance.finite_outputs else None):
             raise failure
     for name in plan.components:
-        _move(transfers[name])
+        move(transfers[name])
         instances[name].set_inputs(start)
         instances[name].exit_initialization(start)
         instances[name].get_outputs(start)
-
-
-def _move(transfers: Sequence[Transfer]) -> None:
-    for target, i, source, j, gain, offset in transfers:
-        value = source[j]
-        target[i] = value if gain == 1.0 and offset == 0.0 else gain * value + offset
-
-
-def _gauss_seidel(plan: Sequence[tuple[FmuInstance, list[Transfer]]], time: float, step: float) -> None:
-    for instance, transfers in plan:
-        _move(transfers)
-        instance.set_inputs(time)
-        instance.step(time, step)
-        instance.get_outputs(time + step)
-
-
-def _jacobi(plan: Sequence[tuple[FmuInstance, list[Transfer]]], time: float, step: float) -> None:
-    for instance, transfers in plan:
-        _move(transfers)
-        instance.set_inputs(time)
-    for instance, _ in plan:
-        instance.step(time, step)
-    for instance, _ in plan:
-        instance.get_outputs(time + step)
 
 
 @contextmanager

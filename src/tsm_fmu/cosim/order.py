@@ -7,10 +7,39 @@ from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
 
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
 from ..models.contract import InputError
 from .system import Link, Wiring
 
 Address = tuple[str, str]
+
+
+LOOPS = ("refuse", "delay", "iterate")
+"""What becomes of algebraic loops: an error, one step of delay, or iteration in each step."""
+
+
+@dataclass(frozen=True)
+class AlgebraicLoop:
+    """Ports that follow each other at once, in a circle.
+
+    Attributes
+    ----------
+    ports : tuple of (component, variable)
+        One circle through them, in the direction of the signal, its first port again at the end.
+    components : tuple of str
+        All that have a part in it, in the order of evaluation.
+    late : tuple of Link
+        Its links against that order.
+    """
+
+    ports: tuple[Address, ...]
+    components: tuple[str, ...]
+    late: tuple[Link, ...]
+
+    def __str__(self) -> str:
+        return "algebraic loop " + " -> ".join(".".join(port) for port in self.ports)
 
 
 @dataclass(frozen=True)
@@ -23,42 +52,104 @@ class Schedule:
         Gauss-Seidel order: a component comes after those whose outputs it passes on directly.
     delayed : tuple of Link
         Links against that order: they carry the value of the previous communication point.
+    loops : tuple of AlgebraicLoop
+        Empty where they are refused.
     """
 
     components: tuple[str, ...]
     delayed: tuple[Link, ...]
+    loops: tuple[AlgebraicLoop, ...] = ()
 
 
-def schedule(wiring: Wiring) -> Schedule:
+def schedule(wiring: Wiring, loops: str = "refuse") -> Schedule:
     """Order the components of a checked system.
+
+    Parameters
+    ----------
+    wiring : Wiring
+        From `check_system`.
+    loops : {"refuse", "delay", "iterate"}
+        With ``iterate`` the components of an algebraic loop follow one another.
 
     Raises
     ------
     InputError
-        If direct feed-through closes an algebraic loop; the message names the ports on it.
+        If direct feed-through closes an algebraic loop and these are refused; the message names the ports on it.
     """
-    _refuse_algebraic_loop(wiring)
+    if loops not in LOOPS:
+        raise InputError(f"loops {loops!r} -- expected one of {', '.join(LOOPS)} -- choose one")
     components = _component_order(wiring)
+    found = _algebraic_loops(wiring, components)
+    if found and loops == "refuse":
+        raise InputError(
+            f"{found[0]} -- expected a state on every loop -- an inertia that closes it belongs into the motor's "
+            "J_load; otherwise put an FMU with a state between, or choose --loops delay (one step late) or iterate"
+        )
+    if loops == "iterate":
+        for loop in found:
+            first = min(components.index(name) for name in loop.components)
+            others = [name for name in components if name not in loop.components]
+            components = (*others[:first], *loop.components, *others[first:])
     place = {name: k for k, name in enumerate(components)}
     delayed = tuple(link for link in wiring.links if place[link.source[0]] >= place[link.target[0]])
-    return Schedule(components, delayed)
+    return Schedule(components, delayed, found)
 
 
-def _refuse_algebraic_loop(wiring: Wiring) -> None:
-    """Only stated dependencies count: an FMU that states none would make every feedback an algebraic loop."""
+def _algebraic_loops(wiring: Wiring, components: tuple[str, ...]) -> tuple[AlgebraicLoop, ...]:
+    """Loops that share no port; those that share a component are one.
+
+    Only stated dependencies count: an FMU that states none would make every feedback an algebraic loop.
+    """
     before: dict[Address, list[Address]] = {link.target: [link.source] for link in wiring.links}
     for name, description in wiring.descriptions.items():
         for output, inputs in description.declared_feedthrough.items():
             before[name, output] = [(name, i) for i in sorted(inputs)]
+    place = {name: k for k, name in enumerate(components)}
+    circles: list[list[Address]] = []
+    members: list[set[str]] = []
+    for strong in _strong_components(before):
+        inside = {port: [p for p in before.get(port, ()) if p in strong] for port in before if port in strong}
+        names = {name for name, _ in strong}
+        shared = next((k for k, other in enumerate(members) if other & names), None)
+        if shared is None:
+            circles.append(_circle(inside, {link.source for link in wiring.links}, place))
+            members.append(names)
+        else:
+            members[shared] |= names
+    loops = []
+    for circle, names in zip(circles, members, strict=True):
+        order = sorted(names, key=components.index)
+        own = [link for link in wiring.links if link.source[0] in names and link.target[0] in names]
+        late = tuple(link for link in own if place[link.source[0]] >= place[link.target[0]])
+        loops.append(AlgebraicLoop(tuple(circle), tuple(order), late))
+    return tuple(loops)
+
+
+def _strong_components(before: dict[Address, list[Address]]) -> list[set[Address]]:
+    """Sets of ports that all follow each other, of more than one port."""
+    ports = list(dict.fromkeys([*before, *(p for sources in before.values() for p in sources)]))
+    index = {port: k for k, port in enumerate(ports)}
+    pairs = [(index[p], index[port]) for port, sources in before.items() for p in sources]
+    if not pairs:
+        return []
+    rows, columns = zip(*pairs, strict=True)
+    graph = csr_array(([1] * len(pairs), (rows, columns)), shape=(len(ports), len(ports)))
+    _, labels = connected_components(graph, connection="strong")
+    found: dict[int, set[Address]] = {}
+    for port, label in zip(ports, labels.tolist(), strict=True):
+        found.setdefault(label, set()).add(port)
+    return [strong for strong in found.values() if len(strong) > 1]
+
+
+def _circle(before: dict[Address, list[Address]], outputs: set[Address], place: dict[str, int]) -> list[Address]:
+    """One circle through ports of which each is on one; it begins with the output that is evaluated first."""
     try:
         TopologicalSorter(before).prepare()
     except CycleError as found:
-        cycle: list[Address] = found.args[1]
-        ports = " -> ".join(".".join(a) for a in cycle)
-        raise InputError(
-            f"algebraic loop {ports} -- expected a state on every loop -- an inertia that closes it belongs into the "
-            "motor's J_load; otherwise put an FMU with a state between, or an output without direct feed-through"
-        ) from None
+        circle: list[Address] = found.args[1][:-1]
+        k = circle.index(min((p for p in circle if p in outputs), key=lambda port: place[port[0]]))
+        return [*circle[k:], *circle[: k + 1]]
+    return []
 
 
 def _component_order(wiring: Wiring) -> tuple[str, ...]:

@@ -102,6 +102,8 @@ class Experiment:
         Time and communication step [s].
     method : {"gauss-seidel", "jacobi"}
         Order of the exchange.
+    loops : {"refuse", "delay", "iterate"}
+        What becomes of algebraic loops.
     evaluate_from : float
         Statistics are taken from this time on [s].
     tracking_error : str
@@ -112,6 +114,7 @@ class Experiment:
     step: float
     start: float = 0.0
     method: str = "gauss-seidel"
+    loops: str = "refuse"
     evaluate_from: float = 0.0
     tracking_error: str = ""
 

@@ -23,7 +23,7 @@ def write_system_report(path: Path, name: str, cases: Mapping[str, Case], runs: 
 
 def _section(name: str, case: Case, run: Trajectory) -> Section:
     system, experiment = case
-    plan = schedule(check_system(system))
+    plan = schedule(check_system(system), experiment.loops)
     late = [f"{'.'.join(link.source)} to {'.'.join(link.target)}" for link in plan.delayed]
     window = experiment.window(run.time)
     text = (

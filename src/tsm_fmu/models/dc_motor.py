@@ -86,7 +86,8 @@ class Outputs(NamedTuple):
 
 
 ROLES = Roles(
-    depends={"phi": (), "omega": (), "domega": ("u", "tau_load"), "i": ()},  # the states do not follow at once
+    # the states do not follow at once, and the voltage moves the current first
+    depends={"phi": (), "omega": (), "domega": ("tau_load",), "i": ()},
     experiment=DefaultExperiment(2.0, 1e-3),
 )
 

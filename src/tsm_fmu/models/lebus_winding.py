@@ -131,3 +131,6 @@ def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
     return start(p, u)
+
+
+ROLES = Roles(depends={name: ("theta",) for name in ("z_p", "gamma", "layer", "r_w")})

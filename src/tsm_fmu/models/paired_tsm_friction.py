@@ -121,12 +121,12 @@ def with_friction(p: Params, u: Inputs, o: Outputs, f: float) -> Outputs:
 ROLES = Roles(
     motion="x",
     load="tau_load",
-    # without a: its sign alone enters, so an acceleration that answers to the friction closes no algebraic loop
+    # on a too: where its sign changes, Eq (7) jumps; an acceleration that answers to that closes an algebraic loop
     depends={
-        "F": ("x", "v"),
-        "tau_out": ("x", "v", "tau_in"),
-        "tau_drive": ("x", "v", "tau_load"),
-        "P_loss": ("x", "v"),
+        "F": ("x", "v", "a"),
+        "tau_out": ("x", "v", "a", "tau_in"),
+        "tau_drive": ("x", "v", "a", "tau_load"),
+        "P_loss": ("x", "v", "a"),
     },
     friction=FrictionPort("F", friction_in, with_friction),
 )

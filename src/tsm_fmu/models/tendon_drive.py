@@ -154,5 +154,6 @@ ROLES = Roles(
     offsets=("x_0",),
     initial=("x_h_0",),
     has={"stribeck": ("tau_s", "v_s")},
+    depends={"x_out": ("x_in",), "v_in": ("x_in",)},
     friction=FrictionPort("tau_in", friction_in, with_friction),
 )

@@ -126,6 +126,7 @@ def run(
     stop: float | None = None,
     step: float | None = None,
     jacobi: bool = False,
+    loops: str | None = None,
     isolate: bool | None = None,
     time_limit: float = TIME_LIMIT,
     progress: bool = False,
@@ -146,6 +147,8 @@ def run(
         Stop time and communication step [s]; those of the system without them.
     jacobi : bool
         Exchange all values at once, not in order of the signals (Gauss-Seidel).
+    loops : {"refuse", "delay", "iterate"}, optional
+        What becomes of algebraic loops; as the system says without it.
     isolate : bool, optional
         Simulate in a process of its own; without it if an FMU is not ours.
     time_limit : float
@@ -165,7 +168,7 @@ def run(
         With the rows until then, kept in ``out`` if that is given.
     """
     folder = None if out is None else Path(out)
-    with opened(what, folder, values or {}, case, stop, step, jacobi, isolate, time_limit) as system:
+    with opened(what, folder, values or {}, case, stop, step, jacobi, loops, isolate, time_limit) as system:
         try:
             runs = run_cases(system.cases, record=system.record, progress=progress, simulate=system.simulate)
         except (SimulationStopped, SimulationInterrupted) as early:

@@ -118,6 +118,7 @@ def sweep(
     stop: float | None = None,
     step: float | None = None,
     jacobi: bool = False,
+    loops: str | None = None,
     isolate: bool | None = None,
     time_limit: float = TIME_LIMIT,
     progress: bool = False,
@@ -133,7 +134,7 @@ def sweep(
         Values by ``component.variable``; the grid is their product.
     out : str or Path, optional
         Folder for table and report; points are kept there as they are found, so that a killed sweep goes on.
-    values, case, stop, step, jacobi, isolate, time_limit, progress
+    values, case, stop, step, jacobi, loops, isolate, time_limit, progress
         As in `run`.
     notes : callable
         Told how many points were kept from before.
@@ -148,7 +149,7 @@ def sweep(
         As in `run`; an axis that no system has; all points failed.
     """
     folder = None if out is None else Path(out)
-    with opened(what, folder, values or {}, case, stop, step, jacobi, isolate, time_limit) as system:
+    with opened(what, folder, values or {}, case, stop, step, jacobi, loops, isolate, time_limit) as system:
         axes = sweeping.grid(system.cases, vary)
         kept = None
         if folder is not None:

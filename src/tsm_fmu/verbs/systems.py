@@ -14,6 +14,7 @@ from typing import Any
 from ..cosim.cases import chosen, with_values
 from ..cosim.isolation import simulation
 from ..cosim.master import number_of_steps
+from ..cosim.order import LOOPS
 from ..cosim.ssp import Case, open_ssp
 from ..cosim.trajectory import Trajectory
 from ..fmu.build import build_fmu
@@ -50,6 +51,7 @@ def opened(
     stop: float | None,
     step: float | None,
     jacobi: bool,
+    loops: str | None,
     isolate: bool | None,
     time_limit: float,
 ) -> Iterator[Opened]:
@@ -66,6 +68,10 @@ def opened(
         raise InputError(f"--out {out} is a file -- expected a folder -- choose another")
     scenario = SCENARIOS.get(what)
     timing: dict[str, Any] = {k: v for k, v in (("stop", stop), ("step", step)) if v is not None}
+    if loops is not None:
+        timing["loops"] = loops
+        if loops not in LOOPS:
+            raise InputError(f"--loops {loops!r} -- expected one of {', '.join(LOOPS)} -- choose one")
     if jacobi:
         timing["method"] = "jacobi"
     with ExitStack() as stack:
