@@ -11,6 +11,7 @@ from tsm_fmu.cli.app import run
 RUNS = [
     ("single_tsm_force", "bouc_wen.multi_periodic.lugre", "6", "error_rms_N", "Distal tension"),
     ("lebus_drive", "m05_180.compensated_path_only", "20", "lost_motion_mm", "LeBus"),
+    ("tendon_drive_loop", "motor.spring", "6", "lost_J", "Tendon drive loop"),
     ("configuration_independence", "bends_apart", "7", "ratio_pull_1", "Configuration independence"),
 ]
 

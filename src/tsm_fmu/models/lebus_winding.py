@@ -31,7 +31,9 @@ from .contract import Condition, DefaultExperiment, Preset, Quantity, Roles
 from .lebus.geometry import TWO_PI, groove_drop, layer_radius, layers_below, wheel_friction
 
 NAME = "LebusWinding"
-ROLES = Roles(experiment=DefaultExperiment(31.4, 0.02))
+ROLES = Roles(
+    depends={name: ("theta",) for name in ("z_p", "gamma", "layer", "r_w")}, experiment=DefaultExperiment(31.4, 0.02)
+)
 
 
 class Params(NamedTuple):
@@ -131,6 +133,3 @@ def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
     return start(p, u)
-
-
-ROLES = Roles(depends={name: ("theta",) for name in ("z_p", "gamma", "layer", "r_w")})

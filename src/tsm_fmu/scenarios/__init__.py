@@ -5,8 +5,9 @@ metrics in the JSON output, and ``write_scenario_report(path, runs, metrics, bes
 ``quantities(case, run)``: numbers of its own by name with the unit at the end, which join the metrics of the case.
 """
 
-from . import configuration_independence, lebus_drive, mssp_feedforward, single_tsm_force
+from . import configuration_independence, lebus_drive, mssp_feedforward, single_tsm_force, tendon_drive_loop
 
 SCENARIOS = {
-    module.NAME: module for module in (mssp_feedforward, single_tsm_force, lebus_drive, configuration_independence)
+    module.NAME: module
+    for module in (mssp_feedforward, single_tsm_force, lebus_drive, configuration_independence, tendon_drive_loop)
 }

@@ -110,7 +110,7 @@ def simulate(
     *,
     values: Mapping[str, Value] | None = None,
     cutoff: float | None = None,
-    isolate: bool | None = False,
+    isolate: bool | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> SimulateResult:
     """Replay a measured run through an FMU, a model card or a model.
@@ -127,8 +127,8 @@ def simulate(
     cutoff : float, optional
         Cut-off [Hz] where v and a are derived from x.
     isolate : bool, optional
-        Whether an FMU runs in a process of its own, which it may crash or hang without harm here; None: if it is not
-        ours. A script that asks for it needs ``if __name__ == "__main__":``.
+        Whether an FMU runs in a process of its own, which it may crash or hang without harm here; without it if it
+        is not ours.
     time_limit : float
         Longest time of one call of an FMU there [s].
 
