@@ -53,7 +53,7 @@ def test_the_report_states_the_fit_and_the_loop(demo):
 
 
 def test_json_is_the_report_path_and_nothing_else(demo, capsys, monkeypatch):
-    monkeypatch.setattr("tsm_fmu.cli.demonstration.run_demo", lambda out, _said: out / "report.html")
+    monkeypatch.setattr("tsm_fmu.verbs.demo.run_demo", lambda out, _said: out / "report.html")
     assert run(["demo", "--out", str(demo), "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"report": str(demo / "report.html")}
 

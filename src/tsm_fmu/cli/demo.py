@@ -16,7 +16,7 @@ def demo(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Build the FMUs, run the paper's loop, fit the sample log, replay its FMU, write a report."""
-    from .demonstration import run_demo
+    from ..verbs.demo import run_demo
 
     report = run_demo(out, lambda line: typer.echo(f"demo: {line}", err=True))
     if as_json:

@@ -16,7 +16,7 @@ def report(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Write DIR/index.html: the cards, runs, sweep and diagnosis of a folder on one page."""
-    from ..report.folder import write_folder_report
+    from ..verbs.report import write_folder_report
 
     page = write_folder_report(folder)
     if as_json:

@@ -29,7 +29,7 @@ from ..models.contract import InputError
 from ..regression.specification import fit_parameters, fit_run, per_run_fields
 from ..report import Line, Section, Table, loop_figure, time_figure, write_report
 from ..scenarios import mssp_feedforward
-from ..verbs.samples import sample
+from .samples import sample
 
 MODEL = "PairedTsmBacklash"
 CHANNEL = "x_out"

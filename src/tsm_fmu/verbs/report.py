@@ -14,8 +14,8 @@ from ..card import read_card
 from ..logs.record import read_record
 from ..logs.table import read_table
 from ..models.contract import InputError
-from .figures import Line, time_figure
-from .page import Section, Table, write_report
+from ..report.figures import Line, time_figure
+from ..report.page import Section, Table, write_report
 
 PAGE = "index.html"
 _TABLES = (".csv", ".csv.gz", ".parquet")
