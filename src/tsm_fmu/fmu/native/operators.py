@@ -6,7 +6,6 @@ import ast
 import math
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from .arithmetic import (
     AND,
@@ -23,6 +22,7 @@ from .arithmetic import (
     infix,
     inside,
 )
+from .asked import Asked
 from .source import Source
 from .types import (
     BOOL,
@@ -38,9 +38,6 @@ from .types import (
     members,
     of_items,
 )
-
-if TYPE_CHECKING:
-    from .unit import Unit
 
 _OPERATORS: dict[type[ast.operator], str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Mod: "%", ast.Pow: "**",
@@ -65,7 +62,7 @@ class Operators:
         C lines that must come before the statement that is being written.
     """
 
-    def __init__(self, unit: Unit, source: Source, arithmetic: Arithmetic) -> None:
+    def __init__(self, unit: Asked, source: Source, arithmetic: Arithmetic) -> None:
         self.unit = unit
         self.source = source
         self.arithmetic = arithmetic

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import ast
 import re
-from typing import TYPE_CHECKING
 
 from .arithmetic import CHECK, RETURN_NOTHING, Arithmetic, Value
+from .asked import Asked
 from .calls import Expressions
 from .scopes import declaration_places, used_outside
 from .source import Source
 from .text import INDENT, quoted, safe, wrapped
 from .types import BOOL, FLOAT, INT, NOTHING, WHOLE, Array, Record, Scalar, Type, c_variable
-
-if TYPE_CHECKING:
-    from .unit import Unit
 
 _ZERO = {FLOAT: 0.0, WHOLE: 0.0, INT: 0, BOOL: 0}
 
@@ -32,7 +29,7 @@ class Statements:
         Whether it may note a fault, and so needs the pointer.
     """
 
-    def __init__(self, unit: Unit, source: Source, arithmetic: Arithmetic, arguments: dict[str, Type]) -> None:
+    def __init__(self, unit: Asked, source: Source, arithmetic: Arithmetic, arguments: dict[str, Type]) -> None:
         self.unit = unit
         self.source = source
         self.arithmetic = arithmetic

@@ -5,12 +5,12 @@ from __future__ import annotations
 import ast
 import inspect
 import sys
-from dataclasses import dataclass
 from functools import cache
 from types import FunctionType, ModuleType
 from typing import Any
 
 from .arithmetic import Arithmetic, Dual, Plain, literal_text, type_name
+from .asked import Law
 from .source import Source, source
 from .statements import Statements
 from .text import INDENT, wrapped
@@ -18,18 +18,6 @@ from .types import FLOAT, Array, Mixed, Record, Type, c_variable, items_of, of_h
 
 MAIN = ("Params", "State", "Inputs", "Outputs")
 """Classes of the kernel itself, declared in ``model.h``."""
-
-
-@dataclass(frozen=True)
-class Law:
-    """A function in C, for one set of argument types."""
-
-    c_name: str
-    source: Source
-    arguments: dict[str, Type]
-    returns: Type | None
-    fails: bool
-    lines: list[str]
 
 
 class Unit:
