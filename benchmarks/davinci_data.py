@@ -17,7 +17,7 @@ from tsm_fmu.identification.fit import Fit, fit
 from tsm_fmu.kernels.kernel import Kernel
 from tsm_fmu.logs.record import Record, read_record
 from tsm_fmu.regression.problem import FitRun
-from tsm_fmu.regression.specification import fit_parameters, fit_run
+from tsm_fmu.regression.specification import fit_run, search_space
 
 FloatArray = NDArray[np.float64]
 
@@ -117,7 +117,7 @@ def fit_from(
 ) -> Fit:
     """Fit of the parameters named from one physical start: the many starts of `fit` take minutes for fourteen."""
     fixed = [v.name for v in model.parameters if v.name not in free]
-    return fit(model, runs, channels, fit_parameters(model, None, start, fixed), single_start=True)
+    return fit(model, runs, channels, search_space(model, None, start, fixed), single_start=True)
 
 
 def values_of(found: Fit) -> dict[str, float]:

@@ -18,7 +18,7 @@ from tsm_fmu.diagnosis.workflow import diagnose
 from tsm_fmu.identification.fit import fit
 from tsm_fmu.kernels.chain import chain
 from tsm_fmu.logs.record import Record, read_record
-from tsm_fmu.regression.specification import fit_parameters, fit_run, per_run_fields
+from tsm_fmu.regression.specification import fit_run, per_run_fields, search_space
 
 from .davinci_data import SETTLED, data_folder, values_of
 
@@ -63,8 +63,8 @@ def identified(known: Sequence[str], names: Sequence[str]) -> Mapping[str, float
     """Parameters of a tendon drive, with the effects known, identified on runs in both channels."""
     model = chain("TendonDrive", tuple(known))
     runs = [fit_run(model, run(n, CHANNELS), CHANNELS) for n in names]
-    parameters = fit_parameters(model, None, SPEED_FILTER, list(SPEED_FILTER))
-    return values_of(fit(model, runs, CHANNELS, parameters, per_run=per_run_fields(model)))
+    space = search_space(model, None, SPEED_FILTER, list(SPEED_FILTER), per_run=per_run_fields(model))
+    return values_of(fit(model, runs, CHANNELS, space))
 
 
 def found(question: Question, held: Sequence[str] | None = None) -> Diagnosis:
@@ -90,7 +90,7 @@ def errors(diagnosis: Diagnosis, question: Question, names: Sequence[str], tool:
         model = chain(fit_.model, fit_.effects)
         measured = [fit_run(model, r, diagnosis.channels) for r in runs]
         task = Task(fit_.model, measured, diagnosis.channels, fit_.values, fixed=(*SPEED_FILTER, *question.fixed))
-        found.append(float(rms(as_given(task, fit_.effects).judged_on(measured))[0]))
+        found.append(float(rms(as_given(task, fit_.effects).held_out_errors(measured))[0]))
     return found
 
 

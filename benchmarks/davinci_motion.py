@@ -11,7 +11,7 @@ from tsm_fmu.kernels.chain import chain
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun
 from tsm_fmu.regression.residuals import noise_floor
-from tsm_fmu.regression.specification import fit_parameters, per_run_fields
+from tsm_fmu.regression.specification import per_run_fields, search_space
 
 from .davinci_data import SETTLED, THINNED, FloatArray, Logs, Split, fit_from, fit_runs, rmse, values_of
 
@@ -64,9 +64,9 @@ def own_offsets(fitted: Logs, held_out: Logs | None = None, thin: int = THINNED)
     A held-out run gives its offset and initial state in its first 2 s, which are not scored.
     """
     held = settled(fit_runs(BACKLASH, held_out, CHANNELS, thin)) if held_out else ()
-    parameters = fit_parameters(BACKLASH, None, START)
+    space = search_space(BACKLASH, None, START, per_run=per_run_fields(BACKLASH))
     runs = settled(fit_runs(BACKLASH, fitted, CHANNELS, thin))
-    return fit(BACKLASH, runs, CHANNELS, parameters, per_run=per_run_fields(BACKLASH), holdout=held)
+    return fit(BACKLASH, runs, CHANNELS, space, holdout=held)
 
 
 def each_alone(logs: Logs) -> FloatArray:

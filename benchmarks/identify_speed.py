@@ -18,7 +18,7 @@ import numpy as np
 from tsm_fmu.identification.fit import Fit, fit
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun
-from tsm_fmu.regression.specification import fit_parameters
+from tsm_fmu.regression.specification import search_space
 
 from .equations import Sines, modified_lugre, solved
 from .ratio import Ratio
@@ -69,7 +69,7 @@ def ratios() -> Iterator[Ratio]:
 
     def timed(data: FitRun, method: str) -> tuple[Fit, float]:
         begin = perf_counter()
-        result = fit(model, [data], ("F",), fit_parameters(model, fixed=FIXED), method=method)
+        result = fit(model, [data], ("F",), search_space(model, fixed=FIXED), method=method)
         return result, perf_counter() - begin
 
     model.simulate(model.params(), time, inputs)  # compiles

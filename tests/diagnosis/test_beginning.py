@@ -12,7 +12,7 @@ from tsm_fmu.diagnosis.runs.beginning import compared, friction_channels
 from tsm_fmu.diagnosis.runs.motion_signals import coordinates_of
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun, Problem
-from tsm_fmu.regression.specification import fit_parameters, per_run_fields
+from tsm_fmu.regression.specification import per_run_fields, search_space
 
 DT = 0.0087
 STROKE = 0.9
@@ -63,7 +63,7 @@ def test_where_no_friction_is_measured_its_past_does_not_matter() -> None:
 def test_what_is_compared_is_the_end_of_the_whole_simulation() -> None:
     model, whole = kernel("TendonDrive"), stroked(0.4)
     cut = compared(model, whole, ("tau_in",))
-    parameters = fit_parameters(model, None, {"x_h_0": 0.031})
+    parameters = search_space(model, None, {"x_h_0": 0.031})
     one, two = (Problem(model, [run], ("x_out",), parameters) for run in (whole, cut))
     full, part = one.outputs(0, one.start()[0]), two.outputs(0, two.start()[0])
     assert np.array_equal(part, full[cut.lead_time.size :])
@@ -94,7 +94,7 @@ def test_a_state_that_is_forgotten_is_not_fitted(beginning: Callable[..., FitRun
     kept = [n for n in ("mu1", "mu2", "mu3", *(f"kappa{k}" for k in range(1, 6)))]
     found = refit(Task(model.name, [run], ("F",), start, None, tuple(kept)), (), {})
     assert per_run_fields(model) == ("zeta_0",)
-    assert (found.problem.own == ("zeta_0",)) is fitted
+    assert (found.problem.per_run == ("zeta_0",)) is fitted
     expected = 0.7 * 3.1 / found.values["sigma"] if fitted else 1e-5
     assert found.values["zeta_0"] == pytest.approx(expected, rel=0.03)
     assert found.values["rho1"] == pytest.approx(3.1, rel=0.01)

@@ -64,7 +64,7 @@ def test_a_late_channel_is_taken_by_the_lag_alone(rig: Rig, known: dict[str, flo
 def test_each_run_has_its_own_offset_and_none_drifts(rig: Rig, known: dict[str, float]) -> None:
     base = fitted([shifted(rig(23), 0.061), shifted(rig(24), -0.047)], known)
     free = freed(base, FREE)
-    assert free.own["F.offset_drift.b"] == pytest.approx([0.061, -0.047], abs=0.003)
+    assert free.per_run["F.offset_drift.b"] == pytest.approx([0.061, -0.047], abs=0.003)
     assert free.values["F.offset_drift.c"] == 0.0
     assert free.rmse[0] < 1.1 * NOISE < 0.1 * base.rmse[0]
 
@@ -128,16 +128,16 @@ def test_zeros_of_runs_are_tied_until_they_are_set_free(rig: Rig, known: dict[st
     base = fitted([shifted(rig(seed), by) for seed, by in zip((61, 62), zeros, strict=True)], known)
     bound = freed(base, FREE)
     loose = untied(bound, FREE)
-    apart = [np.ptp(f.own["F.offset_drift.b"]) for f in (bound, loose)]
+    apart = [np.ptp(f.per_run["F.offset_drift.b"]) for f in (bound, loose)]
     assert apart[0] < apart[1] == pytest.approx(np.ptp(zeros), rel=0.02)
-    assert loose.own["F.offset_drift.b"] == pytest.approx(zeros, abs=0.003)
+    assert loose.per_run["F.offset_drift.b"] == pytest.approx(zeros, abs=0.003)
     assert loose.rmse[0] <= bound.rmse[0] < 1.05 * NOISE
 
 
 def test_small_zeros_are_hardly_drawn_together(rig: Rig, known: dict[str, float]) -> None:
     zeros = np.array([0.0041, -0.0033])
     base = fitted([shifted(rig(seed), by) for seed, by in zip((63, 64), zeros, strict=True)], known)
-    assert np.ptp(freed(base, FREE).own["F.offset_drift.b"]) > 0.5 * np.ptp(zeros)
+    assert np.ptp(freed(base, FREE).per_run["F.offset_drift.b"]) > 0.5 * np.ptp(zeros)
 
 
 def test_a_zero_beside_a_friction_that_depends_on_the_direction_is_no_second_effect(
@@ -148,7 +148,7 @@ def test_a_zero_beside_a_friction_that_depends_on_the_direction_is_no_second_eff
     free = freed(base, FREE)
     assert set(material(free, FREE, FREE)) == {"offset_drift@F"}
     values = {**free.values, "direction_asymmetry.df": 0.004}
-    beside = refit(free.task, (*free.effects, "direction_asymmetry"), values, own=free.own, steps=1)
+    beside = refit(free.task, (*free.effects, "direction_asymmetry"), values, per_run_values=free.per_run, steps=1)
     loud = replace(beside, problem=replace(beside.problem, runs=[noisy(r) for r in beside.problem.runs]))
     assert "offset_drift@F" not in material(loud, FREE, FREE)
 

@@ -15,13 +15,12 @@ from tsm_fmu.diagnosis.residual.locate import benjamini_hochberg, locate
 from tsm_fmu.diagnosis.residual.structure import predictable_share
 from tsm_fmu.diagnosis.runs.gate import gate
 from tsm_fmu.diagnosis.runs.motion_signals import coordinates_of
-from tsm_fmu.diagnosis.runs.thinning import thinned
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record
 from tsm_fmu.models.contract import InputError
-from tsm_fmu.regression.descent import cost
 from tsm_fmu.regression.problem import FitRun
 from tsm_fmu.regression.residuals import noise_floor
+from tsm_fmu.regression.thinning import thinned
 
 DT = 0.01
 
@@ -60,7 +59,7 @@ def test_refit_is_never_worse_than_its_start_and_finds_the_friction() -> None:
     assert found.cost < 0.1 * start.cost
     assert found.rmse[0] < 0.06 * found.spread[0]
     again = refit(two, (), found.values)
-    assert cost(again.problem, again.table) <= cost(found.problem, found.table) * (1.0 + 1e-12)
+    assert again.cost <= found.cost * (1.0 + 1e-12)
 
 
 def test_a_fixed_parameter_stays() -> None:
@@ -175,4 +174,4 @@ def test_a_short_held_out_run_is_refused() -> None:
     found = as_given(task(12), ())
     short = FitRun("short", *(a[:100] for a in (lugre_run(13).time, lugre_run(13).inputs, lugre_run(13).targets)))
     with pytest.raises(InputError, match=r"held-out run short of 0.99 s -- expected more than the 2 s"):
-        found.judged_on([short])
+        found.held_out_errors([short])

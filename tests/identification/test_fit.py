@@ -14,7 +14,8 @@ from tsm_fmu.identification.fit import Fit, fit
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models.contract import InputError
 from tsm_fmu.regression.problem import FitRun, Problem
-from tsm_fmu.regression.specification import fit_parameters, per_run_fields
+from tsm_fmu.regression.solver import Progress
+from tsm_fmu.regression.specification import per_run_fields, search_space
 
 BACKLASH = kernel("PairedTsmBacklash")
 STEP = 2.0 * math.pi / 4000.0
@@ -25,8 +26,7 @@ def identified(runs: list[FitRun], fixed: tuple[str, ...] = (), **options) -> Fi
         BACKLASH,
         runs,
         ("x_out",),
-        fit_parameters(BACKLASH, fixed=fixed),
-        per_run=per_run_fields(BACKLASH),
+        search_space(BACKLASH, fixed=fixed, per_run=per_run_fields(BACKLASH)),
         **options,
     )
 
@@ -86,7 +86,7 @@ def test_elimination_reaches_the_minimum_of_plain_least_squares(three: list[FitR
     """Oracle: scipy on all parameters of one run at once, from the truth, without any of our search."""
     run = three[0]
     result = identified([run])
-    problem = Problem(BACKLASH, [run], ("x_out",), fit_parameters(BACKLASH))
+    problem = Problem(BACKLASH, [run], ("x_out",), search_space(BACKLASH))
 
     def residual(values: np.ndarray) -> np.ndarray:
         return (problem.outputs(0, values) - run.targets)[:, 0]
@@ -145,26 +145,40 @@ def test_parameter_without_excitation_is_named() -> None:
 
 
 def test_fixed_values_stay(clean: FitRun) -> None:
-    parameters = fit_parameters(BACKLASH, values={"alpha": 21.7}, fixed=["alpha"])
-    result = fit(BACKLASH, [clean], ("x_out",), parameters, per_run=per_run_fields(BACKLASH))
+    space = search_space(BACKLASH, values={"alpha": 21.7}, fixed=["alpha"], per_run=per_run_fields(BACKLASH))
+    result = fit(BACKLASH, [clean], ("x_out",), space)
     assert result.parameters["alpha"].value == 21.7
     assert result.parameters["alpha"].stderr is None
     assert result.measured["x_out"].rmse > 1e-4
 
 
-def test_interruption_keeps_the_best_so_far(three: list[FitRun]) -> None:
-    errors: list[float] = []
+@pytest.mark.parametrize(("phase", "point"), [("several starts", 1), ("several starts", 9), ("every sample", 2)])
+def test_interruption_keeps_the_best_so_far(three: list[FitRun], phase: str, point: int) -> None:
+    """From the first start on; what each run has of its own is fitted to what was found until then."""
+    seen: list[Progress] = []
 
-    def interrupt(_: int, error: float) -> None:
-        errors.append(error)
-        if len(errors) == 3:
+    def interrupt(at: Progress) -> None:
+        seen.append(at)
+        if sum(phase in one.phase and math.isfinite(one.error) for one in seen) == point:
             raise KeyboardInterrupt
 
     result = identified(three, progress=interrupt)
     assert not result.complete
     assert result.findings[0].startswith("interrupted")
     spread = np.sqrt(np.mean([run.targets.var() for run in three]))
-    assert result.measured["x_out"].rmse <= min(errors) * spread * (1.0 + 1e-6)
+    assert result.measured["x_out"].rmse <= min(one.error for one in seen) * spread * (1.0 + 1e-6)
+    assert phase in seen[-1].phase
+    assert 1 <= seen[-1].number <= seen[-1].phases == 2
+
+
+def test_phases_are_counted_to_the_end(three: list[FitRun]) -> None:
+    seen: list[Progress] = []
+    identified(three, progress=seen.append, intervals="profile")
+    numbers = [one.number for one in seen]
+    assert numbers == sorted(numbers)
+    assert {one.phases for one in seen} == {3}
+    assert numbers[-1] == 3
+    assert seen[-1].phase.startswith("profile intervals")
 
 
 @pytest.mark.parametrize(
@@ -182,7 +196,7 @@ def test_interruption_keeps_the_best_so_far(three: list[FitRun]) -> None:
             "held-out run short of 1.495 s -- expected more than the 2 s",
         ),
         (lambda r: per_run_fields(BACKLASH, ["c"]), "--shared c of PairedTsmBacklash -- expected one of x_0, x_h_0"),
-        (lambda r: fit_parameters(BACKLASH, values={"beta": -1.2}), "gives B = c + beta"),
+        (lambda r: search_space(BACKLASH, values={"beta": -1.2}), "gives B = c + beta"),
     ],
 )
 def test_wrong_use_is_one_line(clean: FitRun, call, message: str) -> None:

@@ -12,7 +12,7 @@ from tsm_fmu.identification.fit import fit
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun
 from tsm_fmu.regression.residuals import noise_floor, residual_tests
-from tsm_fmu.regression.specification import fit_parameters, per_run_fields
+from tsm_fmu.regression.specification import per_run_fields, search_space
 
 BACKLASH = kernel("PairedTsmBacklash")
 
@@ -23,9 +23,11 @@ def run() -> FitRun:
 
 
 def test_paper_method_ends_at_the_minimum_of_the_fast_one(run: FitRun) -> None:
-    options = {"per_run": per_run_fields(BACKLASH), "seed": 3}
-    fast = fit(BACKLASH, [run], ("x_out",), fit_parameters(BACKLASH), **options)
-    paper = fit(BACKLASH, [run], ("x_out",), fit_parameters(BACKLASH), method="paper", **options)
+    options = {"seed": 3}
+    fast = fit(BACKLASH, [run], ("x_out",), search_space(BACKLASH, per_run=per_run_fields(BACKLASH)), **options)
+    paper = fit(
+        BACKLASH, [run], ("x_out",), search_space(BACKLASH, per_run=per_run_fields(BACKLASH)), method="paper", **options
+    )
     assert paper.measured["x_out"].rmse == pytest.approx(fast.measured["x_out"].rmse, rel=1e-6)
     for name in ("c", "beta", "alpha", "x_0"):
         assert paper.parameters[name].value == pytest.approx(fast.parameters[name].value, rel=2e-3)
@@ -38,7 +40,7 @@ def test_paper_method_repeats_itself(run: FitRun) -> None:
             BACKLASH,
             [run],
             ("x_out",),
-            fit_parameters(BACKLASH, fixed=["beta", "x_0", "x_h_0"]),
+            search_space(BACKLASH, fixed=["beta", "x_0", "x_h_0"]),
             method="paper",
             seed=9,
         )

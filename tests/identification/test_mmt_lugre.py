@@ -16,7 +16,7 @@ import pytest
 from tsm_fmu.identification.fit import Fit, fit
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun
-from tsm_fmu.regression.specification import fit_parameters
+from tsm_fmu.regression.specification import search_space
 from tsm_fmu.reproduction.mmt2015.paper import PERIODIC
 from tsm_fmu.reproduction.motions import friction, sines
 from tsm_fmu.reproduction.numbers import MMT_MSE_LUGRE, MMT_MSE_PERIODIC
@@ -31,7 +31,7 @@ def refit(request: pytest.FixtureRequest) -> tuple[Fit, float]:
     force = friction("SingleTsmLuGre", MOTION, request.param)
     model = kernel("LuGreFriction")
     run = FitRun("fig. 6", MOTION.time, MOTION.v[:, None], force[:, None])
-    result = fit(model, [run], ("F",), fit_parameters(model, "mmt2015"))
+    result = fit(model, [run], ("F",), search_space(model, "mmt2015"))
     return result, float(np.mean((friction("LuGreFriction", MOTION, "mmt2015") - force) ** 2))
 
 

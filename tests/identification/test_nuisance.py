@@ -15,12 +15,12 @@ from scipy.interpolate import CubicSpline
 from tsm_fmu.card import read_card
 from tsm_fmu.cli.app import run
 from tsm_fmu.identification.fit import fit
-from tsm_fmu.identification.nuisance import limit_delays, with_nuisance
+from tsm_fmu.identification.nuisance import with_limited_delays, with_nuisance
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import write_record
 from tsm_fmu.models.contract import InputError
 from tsm_fmu.regression.problem import FitRun
-from tsm_fmu.regression.specification import fit_parameters, per_run_fields
+from tsm_fmu.regression.specification import per_run_fields, search_space
 
 DELAY = 0.0137
 OFFSETS = {"a": -1.2617, "b": 0.3119}
@@ -41,9 +41,9 @@ def test_delay_is_recovered_and_the_model_keeps_its_parameters() -> None:
         for k, r in enumerate(runs)
     ]
     extended = with_nuisance(kernel("PairedTsmBacklash"), (), ["delay@x_out"])
-    parameters = fit_parameters(extended.kernel)
-    limit_delays(parameters, extended.delays, runs)
-    result = fit(extended.kernel, runs, ("x_out",), parameters, per_run=per_run_fields(extended.kernel))
+    space = search_space(extended.kernel, per_run=per_run_fields(extended.kernel))
+    space = with_limited_delays(space, extended.delays, runs)
+    result = fit(extended.kernel, runs, ("x_out",), space)
     for name, true in {**rig.TRUE, "x_out__delay__T_d": DELAY}.items():
         p = result.parameters[name]
         assert abs(p.value - true) < 4.0 * p.stderr, name
@@ -52,8 +52,7 @@ def test_delay_is_recovered_and_the_model_keeps_its_parameters() -> None:
         kernel("PairedTsmBacklash"),
         runs,
         ("x_out",),
-        fit_parameters(kernel("PairedTsmBacklash")),
-        per_run=per_run_fields(extended.kernel),
+        search_space(kernel("PairedTsmBacklash"), per_run=per_run_fields(extended.kernel)),
     )
     assert without.measured["x_out"].rmse > 2.0 * result.measured["x_out"].rmse
 
@@ -61,9 +60,11 @@ def test_delay_is_recovered_and_the_model_keeps_its_parameters() -> None:
 def test_delay_longer_than_the_effect_keeps_is_named_as_a_bound() -> None:
     data = late(rig.backlash_run("r", 44), 0.34)  # 68 steps of the log, 63 are kept
     extended = with_nuisance(kernel("PairedTsmBacklash"), (), ["delay@x_out"])
-    parameters = fit_parameters(extended.kernel, values=rig.TRUE, fixed=list(rig.TRUE))
-    limit_delays(parameters, extended.delays, [data])
-    result = fit(extended.kernel, [data], ("x_out",), parameters, per_run=per_run_fields(extended.kernel))
+    space = search_space(
+        extended.kernel, values=rig.TRUE, fixed=list(rig.TRUE), per_run=per_run_fields(extended.kernel)
+    )
+    space = with_limited_delays(space, extended.delays, [data])
+    result = fit(extended.kernel, [data], ("x_out",), space)
     assert result.parameters["x_out__delay__T_d"].value == pytest.approx(63.0 / rig.RATE, rel=1e-3)
     assert "x_out__delay__T_d" in result.at_bound
 
@@ -74,8 +75,9 @@ def test_offset_beside_the_models_own_is_said_to_be_undetermined() -> None:
         extended.kernel,
         [rig.backlash_run("r", 45, noise=0.001)],
         ("x_out",),
-        fit_parameters(extended.kernel, fixed=extended.fixed),
-        per_run=per_run_fields(extended.kernel, offsets=extended.per_run),
+        search_space(
+            extended.kernel, fixed=extended.fixed, per_run=per_run_fields(extended.kernel, offsets=extended.per_run)
+        ),
     )
     assert {"x_0", "x_out__offset_drift__b"} <= set(result.undetermined)
     assert any(f.startswith("x_out.offset_drift.b") and "not determined" in f for f in result.findings)

@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 from tsm_fmu.identification.fit import Fit, fit
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun
-from tsm_fmu.regression.specification import fit_parameters
+from tsm_fmu.regression.specification import search_space
 
 Array = np.ndarray
 SHORT, LONG = (np.arange(0.0, seconds, 1.0 / rig.RATE) for seconds in (8.0, 24.0))
@@ -224,7 +224,7 @@ def recovered(case: Case, seed: int) -> tuple[Fit, Array]:
     inputs = np.column_stack([columns.get(v.name, np.zeros(case.time.size)) for v in model.inputs])
     targets = noisy(clean, seed)
     fixed = [v.name for v in model.parameters if v.name not in case.planted]
-    parameters = fit_parameters(model, values=case.known, fixed=fixed)
+    parameters = search_space(model, values=case.known, fixed=fixed)
     run = FitRun(case.model, case.time, inputs, targets[:, None])
     return fit(model, [run], (case.channel,), parameters, single_start=not case.many), targets - clean
 

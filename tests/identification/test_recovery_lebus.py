@@ -18,7 +18,7 @@ from lebus_finite_elements import Chain
 from tsm_fmu.identification.fit import Fit, fit
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun
-from tsm_fmu.regression.specification import fit_parameters
+from tsm_fmu.regression.specification import search_space
 
 K = kernel("LebusTransmission")
 LENGTH, BEND = 1.43, 0.217
@@ -67,7 +67,7 @@ def result() -> Fit:
     run = FitRun("chain", time, inputs, step * np.round((clean + noise) / step))
     known = {"L_1": LENGTH, "R_1": BEND, "winding_strain": 0}
     fixed = [v.name for v in K.parameters if v.name not in PLANTED]
-    return fit(K, [run], CHANNELS, fit_parameters(K, "published", known, fixed))
+    return fit(K, [run], CHANNELS, search_space(K, "published", known, fixed))
 
 
 def test_planted_parameters_are_recovered_within_their_intervals(result: Fit) -> None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.coordinates import Coordinates
-from tsm_fmu.regression.descent import Turned, triangle
+from tsm_fmu.regression.descent import Objective, triangle
 from tsm_fmu.regression.problem import FitRun, Problem
-from tsm_fmu.regression.specification import fit_parameters, per_run_fields
-from tsm_fmu.regression.structure import sensitivity_scales
+from tsm_fmu.regression.projection import Eliminated, Projection
+from tsm_fmu.regression.sensitivity import sensitivity_scales
+from tsm_fmu.regression.specification import per_run_fields, search_space
 
 
 @pytest.mark.parametrize("rows", [3, 7, 8, 4001])
@@ -44,23 +47,23 @@ def test_slopes_are_those_of_every_value_moved_alone(lead: int, tie: float) -> N
         x = 0.6 * np.sin(3.1 * t + number)
         run = FitRun(f"run {number}", t, x[:, None], (0.8 * x + 0.05 * rng.normal(size=size))[:, None])
         runs.append(run.compared_from(lead) if lead else run)
-    problem = Problem(model, runs, ("x_out",), fit_parameters(model), per_run_fields(model))
+    problem = Problem(model, runs, ("x_out",), search_space(model, per_run=per_run_fields(model)))
     start = problem.start() * rng.uniform(0.9, 1.1, (3, len(problem.fields)))
     shared = [problem.fields.index(f) for f in problem.shared]
     start[:, shared] = start[0, shared]
-    zeros = {problem.declared[problem.own[0]].name: tie} if tie else {}
+    problem = replace(problem, pooling={problem.per_run[0]: tie} if tie else {})
     coordinates = Coordinates(
-        problem, problem.shared, problem.own, sensitivity_scales(problem.starting_at(start)), start
+        problem, problem.shared, problem.per_run, sensitivity_scales(problem.starting_at(start)), start
     )
-    assert len(problem.own) == 2
-    j = problem.fields.index(problem.own[0])
+    assert len(problem.per_run) == 2
+    j = problem.fields.index(problem.per_run[0])
 
     def whole(q: np.ndarray) -> np.ndarray:
         table = coordinates.table(q)
         parts = [problem.residual(k, table[k]) for k in range(3)]
         return np.concatenate([*parts, tie * (table[:, j] - table[:, j].mean())])
 
-    q, turned = coordinates.of(start), Turned(problem, coordinates, zeros)
+    q, turned = coordinates.of(start), Objective(problem, coordinates, Projection(problem, Eliminated(), {}), 1e-5)
     residual = whole(q)
     columns = np.column_stack([(whole(q + h) - residual) / 1e-5 for h in 1e-5 * np.eye(q.size)])
     found = turned.jacobian(q)

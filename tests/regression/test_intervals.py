@@ -20,7 +20,7 @@ from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import write_record
 from tsm_fmu.models.contract import InputError
 from tsm_fmu.regression.problem import FitRun
-from tsm_fmu.regression.specification import fit_parameters, per_run_fields
+from tsm_fmu.regression.specification import per_run_fields, search_space
 
 BACKLASH = kernel("PairedTsmBacklash")
 
@@ -28,9 +28,11 @@ BACKLASH = kernel("PairedTsmBacklash")
 def identified(
     runs: list[FitRun], fixed: tuple[str, ...] = (), intervals: str = "profile", c: float = math.inf, **options: Any
 ) -> Fit:
-    parameters = fit_parameters(BACKLASH, values={**rig.TRUE, "c": min(0.9, c - 1e-3)}, fixed=fixed)
-    parameters["c"].max = c
-    return fit(BACKLASH, runs, ("x_out",), parameters, per_run=per_run_fields(BACKLASH), intervals=intervals, **options)
+    space = search_space(
+        BACKLASH, values={**rig.TRUE, "c": min(0.9, c - 1e-3)}, fixed=fixed, per_run=per_run_fields(BACKLASH)
+    )
+    space = space.with_bounds("c", hi=c)
+    return fit(BACKLASH, runs, ("x_out",), space, intervals=intervals, **options)
 
 
 def noisy(seed: int, noise: float, seconds: float) -> FitRun:
@@ -82,13 +84,13 @@ def test_ends_are_those_of_lmfit() -> None:
     """The own search of lmfit for the ends, on the same levels of the sum of squares; offset and start held in both."""
     fixed = ("x_0", "x_h_0")
     run = noisy(23, 0.03, 4.0)
-    parameters = fit_parameters(BACKLASH, values={**rig.TRUE, "x_0": -1.2617, "x_h_0": 0.0113}, fixed=fixed)
+    parameters = search_space(BACKLASH, values={**rig.TRUE, "x_0": -1.2617, "x_h_0": 0.0113}, fixed=fixed)
     result = fit(BACKLASH, [run], ("x_out",), parameters, intervals="profile")
     weight = 1.0 / float(np.std(run.targets))
     kappa = result.uncertainty.calibration
 
     def residual(p: lmfit.Parameters) -> np.ndarray:
-        values = BACKLASH.params(values={name: p[name].value for name in parameters})
+        values = BACKLASH.params(values={name: p[name].value for name in parameters.parameters})
         return weight * (BACKLASH.simulate(values, run.time, run.inputs)[:, 0] - run.targets[:, 0])
 
     start = result.parameters.copy()
@@ -155,9 +157,8 @@ def test_command_line_prints_intervals(tmp_path: Path, weak: FitRun, capsys: pyt
 
 def test_single_start_refines_the_given_values_only() -> None:
     run = rig.backlash_run("r", 27, noise=0.002, seconds=4.0)
-    options = {"per_run": per_run_fields(BACKLASH)}
-    many = fit(BACKLASH, [run], ("x_out",), fit_parameters(BACKLASH), **options)
-    one = fit(BACKLASH, [run], ("x_out",), fit_parameters(BACKLASH), single_start=True, **options)
+    many = fit(BACKLASH, [run], ("x_out",), search_space(BACKLASH, per_run=per_run_fields(BACKLASH)))
+    one = fit(BACKLASH, [run], ("x_out",), search_space(BACKLASH, per_run=per_run_fields(BACKLASH)), single_start=True)
     assert one.evaluations < 0.5 * many.evaluations
     for name in ("c", "beta", "alpha", "x_0", "x_h_0"):
         assert one.parameters[name].value == pytest.approx(many.parameters[name].value, rel=1e-4)

@@ -12,7 +12,7 @@ from tsm_fmu.kernels.chain import chain
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression import problem as module
 from tsm_fmu.regression.problem import FitRun, Problem
-from tsm_fmu.regression.specification import fit_parameters
+from tsm_fmu.regression.specification import search_space
 
 MODEL = chain("TendonDrive", ("load_dependence", "delay@tau_in"))
 
@@ -25,7 +25,7 @@ def made(sizes: tuple[int, ...] = (611, 1300, 97), lead: int = 0) -> Problem:
         u = np.column_stack([0.9 * np.sin(2.3 * t + number), 1.1 + 0.3 * np.cos(0.7 * t)])
         run = FitRun(f"run {number}", t, u, rng.normal(size=(size, 2)))
         runs.append(run.compared_from(lead) if lead else run)
-    return Problem(MODEL, runs, ("x_out", "tau_in"), fit_parameters(MODEL))
+    return Problem(MODEL, runs, ("x_out", "tau_in"), search_space(MODEL))
 
 
 def rows(problem: Problem, count: int) -> list[tuple[int, np.ndarray]]:
@@ -80,7 +80,7 @@ def test_whole_numbers_reach_the_model_whole() -> None:
     model = kernel("LebusWinding")
     t = 0.01 * np.arange(300)
     run = FitRun("run", t, np.column_stack([3.1 * t, *([10.3 + t] * (len(model.inputs) - 1))]), t[:, None])
-    problem = Problem(model, [run], (model.outputs[0].name,), fit_parameters(model))
+    problem = Problem(model, [run], (model.outputs[0].name,), search_space(model))
     row = problem.start()[0]
     p = problem.params(row)
     assert p.n_layers == 2

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -16,6 +16,9 @@ from ..verbs.models import chosen_model
 from .app import app, number_settings, print_json, settings
 from .outputs import check_output_file
 from .runs import Cutoff, Holdout, Map, Measured, Scale, Start, Stop, read_runs
+
+if TYPE_CHECKING:
+    from ..regression.solver import Progress
 
 
 class Method(StrEnum):
@@ -107,7 +110,7 @@ class _progress:
         self._status = self._console.status("identify") if sys.stderr.isatty() else None
         self._last = 0.0
 
-    def __enter__(self) -> Callable[[int, float], None] | None:
+    def __enter__(self) -> Callable[[Progress], None] | None:
         if self._status is None:
             return None
         self._status.start()
@@ -117,10 +120,11 @@ class _progress:
         if self._status is not None:
             self._status.stop()
 
-    def _update(self, simulations: int, error: float) -> None:
+    def _update(self, at: Progress) -> None:
         now = time.monotonic()
         if self._status is not None and now - self._last > 0.2:
             self._last = now
             self._status.update(
-                f"identify: {simulations} simulations, weighted error {error:.5g}  (Ctrl-C keeps the best)"
+                f"identify {at.number}/{at.phases}: {at.phase}; weighted error {at.error:.5g} after {at.simulations} "
+                "simulations  (Ctrl-C keeps the best)"
             )

@@ -10,7 +10,7 @@ import numpy as np
 from ..regression.coordinates import DECADES
 from ..regression.intervals import QUANTILE
 from ..regression.problem import FloatArray, Problem
-from ..regression.structure import sensitivity_scales
+from ..regression.sensitivity import sensitivity_scales
 from ..regression.uncertainty import Uncertainty
 
 NEAR = 1e-4
@@ -23,14 +23,14 @@ def fields_on_bound(problem: Problem, table: FloatArray) -> frozenset[str]:
     """Free fields on a bound of their own, or run away to the end of the searched decades."""
     scales = sensitivity_scales(problem.starting_at(table))
     found = set()
-    for name in (*problem.shared, *problem.own):
-        parameter, values = problem.parameters[name], table[:, problem.fields.index(name)]
+    for name in problem.space.free:
+        parameter, values = problem.space[name], table[:, problem.fields.index(name)]
         near = NEAR * scales[name] if math.isfinite(scales[name]) else 0.0
-        near = min(near, NEAR * max(abs(parameter.value), float(np.max(abs(values)))))
-        found |= {name} if np.any((values - parameter.min <= near) | (parameter.max - values <= near)) else set()
+        near = min(near, NEAR * max(abs(parameter.start), float(np.max(abs(values)))))
+        found |= {name} if np.any((values - parameter.lo <= near) | (parameter.hi - values <= near)) else set()
         quantity = problem.declared[name].quantity
         if (quantity.lo == 0.0 and quantity.open_lo) or (quantity.hi == 0.0 and quantity.open_hi):
-            decades = np.abs(np.log10(np.maximum(abs(values), 1e-300) / abs(parameter.value)))
+            decades = np.abs(np.log10(np.maximum(abs(values), 1e-300) / abs(parameter.start)))
             found |= {name} if np.any(decades >= 0.99 * DECADES) else set()
     return frozenset(found)
 
@@ -41,12 +41,12 @@ def conditions_met(problem: Problem, table: FloatArray) -> Mapping[str, tuple[st
     scales = sensitivity_scales(problem.starting_at(table))
     touched: dict[str, list[str]] = {}
     for name in problem.shared:
-        j, parameter = problem.fields.index(name), problem.parameters[name]
-        change = NEAR * min(scales[name], max(abs(row[j]), abs(parameter.value)))
+        j, parameter = problem.fields.index(name), problem.space[name]
+        change = NEAR * min(scales[name], max(abs(row[j]), abs(parameter.start)))
         for moved in (row[j] - change, row[j] + change):
             trial = row.copy()
             trial[j] = moved
-            if parameter.min < moved < parameter.max and (condition := problem.unmet(trial)):
+            if parameter.lo < moved < parameter.hi and (condition := problem.unmet(trial)):
                 touched.setdefault(condition.expectation(problem.params(trial)), []).append(name)
     return {expected: tuple(dict.fromkeys(fields)) for expected, fields in touched.items()}
 
@@ -66,15 +66,15 @@ def findings(
 
     for field in sorted(at_bound, key=problem.fields.index):
         value = float(table[:, problem.fields.index(field)].mean())
-        parameter, unit = problem.parameters[field], problem.declared[field].quantity.unit
+        parameter, unit = problem.space[field], problem.declared[field].quantity.unit
         said.append(
-            f"{name(field)} = {value:.6g} {unit} is on a bound [{parameter.min:g}, {parameter.max:g}]: the model asks "
+            f"{name(field)} = {value:.6g} {unit} is on a bound [{parameter.lo:g}, {parameter.hi:g}]: the model asks "
             "for more, or these runs do not hold it"
         )
     for condition, fields in conditions.items():
         said.append(f"the condition {condition} holds the fit: {', '.join(map(name, fields))}")
     undetermined = tuple(f for f in problem.shared if f not in at_bound and _undetermined(problem, table, known, f))
-    undetermined += tuple(f for f in problem.own if any(math.isnan(run.get(f, 0.0)) for run in known.per_run))
+    undetermined += tuple(f for f in problem.per_run if any(math.isnan(run.get(f, 0.0)) for run in known.per_run))
     for field in undetermined:
         error = known.stderr.get(field, math.nan)
         size = "" if math.isnan(error) else f" (standard error {error:.3g})"

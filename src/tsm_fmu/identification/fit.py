@@ -13,19 +13,21 @@ from lmfit import Parameters
 from ..kernels.kernel import Kernel
 from ..logs.agreement import Agreement, agreement
 from ..models.contract import InputError
+from ..regression.descent import Descent
+from ..regression.held_out import SETTLING, settled
 from ..regression.intervals import Intervals, linear_intervals, profile_intervals
+from ..regression.multistart import MultiStart, drawn_inside
 from ..regression.problem import FitRun, FloatArray, Problem
 from ..regression.residuals import ResidualTests, noise_floor, residual_tests
-from ..regression.search import Progress, Search, drawn_inside, search_fast
+from ..regression.search_space import SearchSpace
+from ..regression.solver import Report, SearchLog, Solution
 from ..regression.uncertainty import Uncertainty, uncertainty
 from .findings import conditions_met, fields_on_bound, findings
-from .genetic import search_paper
+from .genetic import Evolution
 from .informative import check_informative
 
-METHODS = {"fast": search_fast, "paper": search_paper}
+METHODS = {"fast": MultiStart, "paper": Evolution}
 INTERVALS = ("linear", "profile")
-SETTLING = 2.0
-"""Seconds of a held-out run that give its initial state and offset, and are not scored."""
 REWEIGHTINGS = 2
 
 
@@ -106,16 +108,15 @@ def fit(
     kernel: Kernel,
     runs: Sequence[FitRun],
     channels: Sequence[str],
-    parameters: Parameters,
+    space: SearchSpace,
     *,
-    per_run: Sequence[str] = (),
     holdout: Sequence[FitRun] = (),
     method: str = "fast",
     single_start: bool = False,
     intervals: str = "linear",
     seed: int = 0,
     weights: Mapping[str, float] | None = None,
-    progress: Progress | None = None,
+    progress: Report | None = None,
 ) -> Fit:
     """Fit the varying parameters of a kernel to measured runs.
 
@@ -126,10 +127,8 @@ def fit(
         From `specification.fit_run`.
     channels : sequence of str
         Names of the target columns.
-    parameters : lmfit.Parameters
-        From `specification.fit_parameters`.
-    per_run : sequence of str
-        Fields with one value a run, from `specification.per_run_fields`.
+    space : SearchSpace
+        From `specification.search_space`, or `SearchSpace.from_lmfit`.
     holdout : sequence of FitRun
         Judged with the shared values of the fit; the per-run values come from the first 2 s, which are not scored.
     method : {'fast', 'paper'}
@@ -142,7 +141,7 @@ def fit(
     weights : mapping of str to float, optional
         Noise of each channel in its unit [SI]; without it, the residual of the fit itself (iterated).
     progress : callable, optional
-        See `search.Progress`.
+        See `tsm_fmu.regression.solver.Progress`.
 
     Raises
     ------
@@ -156,7 +155,7 @@ def fit(
     if not runs:
         raise InputError("no measured run -- expected at least one -- give it with --measured RUN")
     begin = clock.perf_counter()
-    problem = Problem(kernel, list(runs), tuple(channels), parameters, tuple(per_run))
+    problem = Problem(kernel, list(runs), tuple(channels), space)
     if weights is not None:
         problem = problem.reweighted(np.array([1.0 / weights[channel] for channel in channels]))
     check_informative(problem)
@@ -166,21 +165,22 @@ def fit(
                 f"{kernel.name} gives no finite output on run {run.name} at the start values -- expected a start "
                 "from which it can run -- choose others with --set"
             )
-    search = Search(progress)
+    log, solver = SearchLog(progress), METHODS[method](seed)
     complete = True
+    first = Solution(problem.start()) if single_start else None
+    reweightings = REWEIGHTINGS if len(problem.channels) > 1 and weights is None else 0
+    log.plan(solver.phases(problem, first) + reweightings + (intervals == "profile"))
     try:
-        table = METHODS[method](problem, search, seed, problem.start() if single_start else None)
-        for _ in range(REWEIGHTINGS if len(problem.channels) > 1 and weights is None else 0):
-            problem = problem.reweighted(_weights(problem, table))
-            search.best, search.error = None, math.inf
-            table = METHODS[method](problem, search, seed, table)
+        best = solver(problem, log, first)
+        for _ in range(reweightings):
+            problem = problem.reweighted(_weights(problem, best.table))
+            best = solver(problem, log, best)
     except KeyboardInterrupt:
-        if search.best is None:
+        if log.best is None:
             raise
         complete = False
-        table = search.best
-        if problem.refused(table):
-            table = drawn_inside(problem, table)
+        best = Solution(_interrupted(problem, log.best))
+    table = best.table
     at_bound = fields_on_bound(problem, table)
     known = uncertainty(problem, table, at_bound)
     filled = _filled(problem, table, known)
@@ -188,34 +188,34 @@ def fit(
     profiled = intervals != "profile" or not complete
     try:
         if not profiled:
-            profile_intervals(problem, table, known, search, found)
+            profile_intervals(problem, best, known, found, MultiStart(), log)
             profiled = True
     except KeyboardInterrupt:
         complete = False
-    judged = [(run, _settled(problem, table, run, seed)) for run in holdout]
+    judged = [(run, settled(problem, table, run, problem.per_run)) for run in holdout]
     results = _results(problem, table, known, judged)
     conditions = conditions_met(problem, table)
-    said, undetermined = findings(problem, table, at_bound, conditions, known)
+    notes, undetermined = findings(problem, table, at_bound, conditions, known)
     if not profiled:
-        said = ("interrupted: the intervals that were not reached are linear ones", *said)
+        notes = ("interrupted: the intervals that were not reached are linear ones", *notes)
     elif not complete:
-        said = ("interrupted: the values are the best until then, not the optimum", *said)
+        notes = ("interrupted: the values are the best until then, not the optimum", *notes)
     return Fit(
         kernel=kernel,
         channels=problem.channels,
         parameters=filled,
         intervals=found,
-        per_run=problem.own,
+        per_run=problem.per_run,
         runs=results,
         measured=_pooled(problem, [(run, table[k], 0.0) for k, run in enumerate(problem.runs)]),
         holdout=_pooled(problem, [(run, row, SETTLING) for run, row in judged]) if judged else {},
         at_bound=at_bound | frozenset(f for fields in conditions.values() for f in fields),
         undetermined=undetermined,
-        findings=said,
+        findings=notes,
         residuals=_residual_tests(problem, table),
         noise_floor=_noise_floor(problem),
         uncertainty=known,
-        evaluations=search.simulations,
+        evaluations=log.simulations,
         wall_s=clock.perf_counter() - begin,
         method=method,
         interval_method=intervals,
@@ -224,29 +224,18 @@ def fit(
     )
 
 
+def _interrupted(problem: Problem, table: FloatArray) -> FloatArray:
+    """The best values until an interruption, allowed by the model; what each run has of its own fitted to them."""
+    if problem.refused(table):
+        table = drawn_inside(problem, table)
+    alone = problem.over(problem.space.freeing_only(problem.per_run))
+    return Descent().refined(alone, table)
+
+
 def _weights(problem: Problem, table: FloatArray) -> FloatArray:
     """1/RMS residual of each channel: the likelihood's choice when the noise is not known."""
     gaps = np.concatenate(problem.gaps(table))
     return 1.0 / np.maximum(np.sqrt(np.mean(gaps**2, axis=0)), 1e-9 / problem.weights)
-
-
-def _settled(problem: Problem, table: FloatArray, run: FitRun, seed: int) -> FloatArray:
-    """Values for a held-out run: the shared ones, and its own from the first `SETTLING` seconds."""
-    parameters = problem.parameters.copy()
-    for j, name in enumerate(problem.fields):
-        parameters[name].vary = name in problem.own
-        parameters[name].value = float(table[:, j].mean())
-    early = run.time < run.time[0] + SETTLING
-    if early.all() or early.sum() < 2:
-        raise InputError(
-            f"held-out run {run.name} of {np.ptp(run.time):g} s -- expected more than the {SETTLING:g} s that give its "
-            "initial state and are not scored -- give a longer one"
-        )
-    start = FitRun(run.name, run.time[early], run.inputs[early], run.targets[early])
-    single = Problem(problem.kernel, [start], problem.channels, parameters, problem.per_run, problem.weights)
-    if not single.own:
-        return single.start()[0]
-    return search_fast(single, Search(), seed, single.start())[0]
 
 
 def _pooled(problem: Problem, judged: Sequence[tuple[FitRun, FloatArray, float]]) -> dict[str, Agreement]:
@@ -280,25 +269,25 @@ def _noise_floor(problem: Problem) -> dict[str, float]:
 def _results(
     problem: Problem, table: FloatArray, known: Uncertainty, judged: Sequence[tuple[FitRun, FloatArray]]
 ) -> dict[str, RunResult]:
-    def own(row: FloatArray) -> dict[str, float]:
-        return {problem.declared[f].name: float(row[problem.fields.index(f)]) for f in problem.own}
+    def per_run(row: FloatArray) -> dict[str, float]:
+        return {problem.declared[f].name: float(row[problem.fields.index(f)]) for f in problem.per_run}
 
     results = {}
     for k, run in enumerate(problem.runs):
         errors = {problem.declared[f].name: value for f, value in known.per_run[k].items()}
-        results[run.name] = RunResult("measured", own(table[k]), errors, _pooled(problem, [(run, table[k], 0.0)]))
+        results[run.name] = RunResult("measured", per_run(table[k]), errors, _pooled(problem, [(run, table[k], 0.0)]))
     for run, row in judged:
-        results[run.name] = RunResult("holdout", own(row), {}, _pooled(problem, [(run, row, SETTLING)]))
+        results[run.name] = RunResult("holdout", per_run(row), {}, _pooled(problem, [(run, row, SETTLING)]))
     return results
 
 
 def _filled(problem: Problem, table: FloatArray, known: Uncertainty) -> Parameters:
     """The lmfit parameters with values, standard errors and correlations."""
-    result = problem.parameters.copy()
+    result = problem.space.to_lmfit()
     for j, name in enumerate(problem.fields):
         result[name].value = float(table[:, j].mean())
         stderr = known.stderr.get(name, math.nan)
-        if name in problem.own:
+        if name in problem.per_run:
             one = len(problem.runs) == 1
             spread = known.per_run[0].get(name, math.nan) if one else float(np.std(table[:, j], ddof=1))
             stderr = spread / math.sqrt(len(problem.runs))

@@ -1,22 +1,24 @@
-"""Method ``paper``: differential evolution, then Nelder-Mead, as the papers identified their models.
+"""Solver ``paper``: differential evolution, then Nelder-Mead, as the papers identified their models.
 
 ICINCO 2013 and MMT 2015 search with a genetic algorithm and refine with the simplex. Here the searched values
-are all shared parameters; the offset and initial state of each run are solved for, as in `search`.
+are all shared parameters; the offset and initial state of each run are solved for, as in `multistart`.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import differential_evolution, minimize
 
 from ..regression.coordinates import Coordinates
+from ..regression.linearity import linear_parameters
 from ..regression.problem import FloatArray, Problem
-from ..regression.projection import Projection
-from ..regression.search import Search, eliminated_per_run
+from ..regression.projection import Eliminated, Projection
 from ..regression.seeds import SPREAD, dimensional_scales
-from ..regression.structure import linear_parameters, sensitivity_scales
+from ..regression.sensitivity import sensitivity_scales
+from ..regression.solver import SearchLog, Solution
 
 REACH = 3.0
 """Half width of the searched box, in changes that move the outputs by one standard deviation."""
@@ -24,48 +26,61 @@ GENERATIONS = 200
 REFUSED = 1e12
 
 
-def search_paper(problem: Problem, search: Search, seed: int, start: FloatArray | None = None) -> FloatArray:
-    """Minimise the weighted residual; returns the table of values. Deterministic for a seed.
+@dataclass(frozen=True)
+class Evolution:
+    """The solver.
 
-    Parameters
+    Attributes
     ----------
-    problem : Problem
-    search : Search
     seed : int
         Seed of the evolution.
-    start : ndarray, optional
-        Table to refine by the simplex alone.
     """
-    scales = sensitivity_scales(problem)
-    search.linear = linear_parameters(problem, seed)
-    own = eliminated_per_run(problem, search.linear)
-    projection = Projection(problem, (), own, scales)
-    searched_own = [f for f in problem.own if f not in own]
-    coordinates = Coordinates(problem, problem.shared, searched_own, scales, problem.start())
 
-    def cost(q: FloatArray) -> float:
-        point = projection(coordinates.table(q))
-        search.simulations = projection.simulations
-        if point is None:
-            return REFUSED
-        search.offer(point.table, math.sqrt(point.cost / point.residual.size))
-        return point.cost / point.residual.size
+    seed: int = 0
 
-    if not coordinates.axes:
-        cost(np.empty(0))
-    else:
-        if start is None:
-            box = _box(problem, coordinates)
-            rng = np.random.default_rng(seed)
-            best = differential_evolution(
-                cost, box, rng=rng, init="sobol", maxiter=GENERATIONS, tol=1e-4, polish=False
-            ).x
+    def phases(self, problem: Problem, start: Solution | None = None) -> int:
+        """Phases of the log that a search begins."""
+        return 1 if start is not None or not problem.space.free else 2
+
+    def __call__(self, problem: Problem, log: SearchLog, start: Solution | None = None) -> Solution:
+        """Minimise the weighted residual; from a solution by the simplex alone."""
+        scales = sensitivity_scales(problem)
+        linear = linear_parameters(problem, self.seed)
+        eliminated = Eliminated.of(problem, linear, constrained=True)  # of the papers' parameters none
+        projection = Projection(problem, eliminated, scales)
+        per_run = [f for f in problem.per_run if f not in eliminated.per_run]
+        coordinates = Coordinates(problem, problem.shared, per_run, scales, problem.start())
+
+        def cost(q: FloatArray) -> float:
+            point = projection(coordinates.table(q))
+            log.simulated(projection.simulations)
+            if point is None:
+                return REFUSED
+            log.offer(point.table, math.sqrt(point.cost / point.residual.size))
+            return point.cost / point.residual.size
+
+        if not coordinates.axes:
+            log.begin("linear parameters")
+            cost(np.empty(0))
         else:
-            best = coordinates.of(start)
-        limits = list(zip(coordinates.lo, coordinates.hi, strict=True))
-        options = {"xatol": 1e-6, "fatol": 1e-10, "maxfev": 1000 * len(coordinates.axes), "adaptive": True}
-        minimize(cost, best, method="Nelder-Mead", bounds=limits, options=options)
-    return problem.start() if search.best is None else search.best
+            best = coordinates.of(problem.start() if start is None else start.table)
+            if start is None:
+                log.begin("differential evolution")
+                rng = np.random.default_rng(self.seed)
+                best = differential_evolution(
+                    cost,
+                    _box(problem, coordinates),
+                    rng=rng,
+                    init="sobol",
+                    maxiter=GENERATIONS,
+                    tol=1e-4,
+                    polish=False,
+                ).x
+            log.begin("simplex")
+            limits = list(zip(coordinates.lo, coordinates.hi, strict=True))
+            options = {"xatol": 1e-6, "fatol": 1e-10, "maxfev": 1000 * len(coordinates.axes), "adaptive": True}
+            minimize(cost, best, method="Nelder-Mead", bounds=limits, options=options)
+        return Solution(problem.start() if log.best is None else log.best, linear)
 
 
 def _box(problem: Problem, coordinates: Coordinates) -> list[tuple[float, float]]:

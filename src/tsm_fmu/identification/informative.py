@@ -20,7 +20,7 @@ def check_informative(problem: Problem) -> None:
     """
     runs, model = problem.runs, problem.kernel
     names = ", ".join(run.name for run in runs)
-    free = sum(p.vary for p in problem.parameters.values())
+    free = len(problem.space.free)
     values = sum(run.targets.size for run in runs)
     if values <= free:
         raise InputError(

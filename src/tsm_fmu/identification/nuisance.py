@@ -10,14 +10,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import ModuleType
 
-from lmfit import Parameters
-
 from ..effects import EFFECTS, sizes_as, sizes_of
 from ..kernels.chain import attach, chain
 from ..kernels.chain_source import Attached
 from ..kernels.kernel import Kernel, kernel
 from ..models.contract import InputError
 from ..regression.problem import FitRun
+from ..regression.search_space import SearchSpace
 
 
 @dataclass(frozen=True)
@@ -90,17 +89,18 @@ def kinds() -> dict[str, ModuleType]:
     return dict(sorted(found.items()))
 
 
-def limit_delays(parameters: Parameters, delays: Mapping[str, int], runs: Sequence[FitRun]) -> None:
+def with_limited_delays(space: SearchSpace, delays: Mapping[str, int], runs: Sequence[FitRun]) -> SearchSpace:
     """Bound each delay by what the effect can keep at the shortest step of the runs: the fit says when it is met."""
     step = min(float((run.time[1:] - run.time[:-1]).min()) for run in runs)
     for name, steps in delays.items():
-        p, longest = parameters[name], steps * step
-        if p.value > longest:
+        p, longest = space[name], steps * step
+        if p.start > longest:
             raise InputError(
-                f"start value of {name.replace('__', '.')} = {p.value:g} s -- expected at most {longest:g} s, "
+                f"start value of {name.replace('__', '.')} = {p.start:g} s -- expected at most {longest:g} s, "
                 f"{steps} steps of these runs -- lower it"
             )
-        p.max = min(p.max, longest)
+        space = space.with_bounds(name, hi=min(p.hi, longest))
+    return space
 
 
 def _name(attached: Attached, parameter: str) -> str:

@@ -43,10 +43,10 @@ class Coordinates:
     Parameters
     ----------
     problem : Problem
-    shared, own : sequence of str
-        Searched fields.
+    shared, per_run : sequence of str
+        Searched fields with one value for all runs, and with one for each.
     scales : mapping of str to float
-        From `structure.sensitivity_scales`.
+        From `sensitivity.sensitivity_scales`.
     table : ndarray
         A valid table; the start and the anchor.
     """
@@ -55,14 +55,14 @@ class Coordinates:
         self,
         problem: Problem,
         shared: Sequence[str],
-        own: Sequence[str],
+        per_run: Sequence[str],
         scales: Mapping[str, float],
         table: FloatArray,
     ) -> None:
         self.problem = problem
         self.anchor = table.copy()
         self.axes = [_axis(problem, f, None, scales[f], table) for f in shared]
-        self.axes += [_axis(problem, f, k, scales[f], table) for k in range(len(problem.runs)) for f in own]
+        self.axes += [_axis(problem, f, k, scales[f], table) for k in range(len(problem.runs)) for f in per_run]
         self.lo = np.array([axis.lo for axis in self.axes])
         self.hi = np.array([axis.hi for axis in self.axes])
         self._columns = np.array([axis.column for axis in self.axes], dtype=int)
@@ -90,6 +90,14 @@ class Coordinates:
             inside, outside = (inside, middle) if refused else (middle, outside)
         return self._raw(anchor + inside * (q - anchor))
 
+    @property
+    def groups(self) -> list[list[int]]:
+        """Axes that can be moved at once: a shared field alone, or the same field of every run."""
+        found: dict[tuple[str, bool], list[int]] = {}
+        for i, axis in enumerate(self.axes):
+            found.setdefault((axis.field, axis.run is None), []).append(i)
+        return list(found.values())
+
     def accepts(self, q: FloatArray) -> bool:
         """Whether the model takes the values at ``q`` as they are."""
         return not self._refused(self._raw(q))
@@ -106,11 +114,11 @@ class Coordinates:
     def _refused(self, table: FloatArray) -> bool:
         if not self.problem.kernel.conditions:
             return False  # the search keeps the bounds; only a joint condition can refuse
-        return self.problem.refused(table if self.problem.own else table[:1])
+        return self.problem.refused(table if self.problem.per_run else table[:1])
 
 
 def _axis(problem: Problem, field: str, run: int | None, scale: float, table: FloatArray) -> Coordinate:
-    parameter, quantity = problem.parameters[field], problem.declared[field].quantity
+    parameter, quantity = problem.space[field], problem.declared[field].quantity
     column = problem.fields.index(field)
     centre = float(table[run or 0, column])
     scale = scale if math.isfinite(scale) else max(abs(centre), 1.0)
@@ -121,9 +129,9 @@ def _axis(problem: Problem, field: str, run: int | None, scale: float, table: Fl
         sign = -1.0
     if not sign:
         return Coordinate(
-            field, run, column, centre, scale, sign, (parameter.min - centre) / scale, (parameter.max - centre) / scale
+            field, run, column, centre, scale, sign, (parameter.lo - centre) / scale, (parameter.hi - centre) / scale
         )
-    near, far = (parameter.min, parameter.max) if sign > 0.0 else (-parameter.max, -parameter.min)
+    near, far = (parameter.lo, parameter.hi) if sign > 0.0 else (-parameter.hi, -parameter.lo)
     middle, reach = math.log(abs(centre)), DECADES * math.log(10.0)
     lo = max(middle - reach, math.log(near) if near > 0.0 else -math.inf)
     hi = min(middle + reach, math.log(far) if math.isfinite(far) else math.inf)

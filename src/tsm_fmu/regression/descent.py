@@ -1,9 +1,15 @@
-"""Bounded least squares of a model's parameters against runs, from one start."""
+"""Bounded nonlinear least squares from one start: the only local optimiser, for identification and diagnosis alike.
+
+The searched coordinates are those of `coordinates`; parameters that are eliminated are solved for at each point
+(`projection`). The optimiser is scipy's trust region reflective one. Its matrices are reduced by a QR decomposition
+from samples to parameters, which changes neither norms, slopes nor steps.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import qr
@@ -11,123 +17,172 @@ from scipy.optimize import least_squares
 
 from .coordinates import Coordinates
 from .problem import FloatArray, Problem
-from .structure import sensitivity_scales
+from .projection import Eliminated, Projected, Projection
+from .sensitivity import Perturbation, finite_differences, sensitivity_scales
+from .solver import SearchLog, Solution
 
-STEPS = 15
-"""Steps of one refit at most."""
-NONE: Mapping[str, float] = MappingProxyType({})
-TOLERANCE = 1e-4
-"""A refit ends when a step changes the sum of squares by less than this part; gaps are compared to a hundredth."""
-
-
-def cost(problem: Problem, table: FloatArray, zeros: Mapping[str, float] = NONE) -> float:
-    """Weighted sum of squares; infinite where the model stops."""
-    total = sum(float(np.sum(r**2)) for r in problem.residuals(list(enumerate(table))))
-    total += float(np.sum(apart(problem, table, zeros) ** 2))
-    return total if np.isfinite(total) else np.inf
+FARTHEST = 10.0
+"""The scale of a positive parameter is not beyond this many times its value, where a slope means nothing."""
 
 
-def apart(problem: Problem, table: FloatArray, zeros: Mapping[str, float]) -> FloatArray:
-    """How far the runs' own zeros are from their mean, weighted; see `freedom.tied`."""
-    columns = [(problem.fields.index(f), zeros.get(problem.declared[f].name, 0.0)) for f in problem.own]
-    return np.concatenate([np.empty(0), *(w * (table[:, j] - table[:, j].mean()) for j, w in columns if w > 0.0)])
+@dataclass(frozen=True)
+class Descent:
+    """Settings of a descent, which is a `Solver`: it only ever refines one start.
 
-
-def descended(
-    problem: Problem, start: FloatArray, steps: int = STEPS, sensitivities: Mapping[str, float] | None = None,
-    zeros: Mapping[str, float] = NONE,
-) -> FloatArray:  # fmt: skip
-    """Bounded least squares from a start, all free parameters searched; never worse than the start.
-
-    Parameters
+    Attributes
     ----------
-    problem : Problem
-    start : ndarray, shape (runs, parameters)
-    steps : int
-    sensitivities : mapping of str to float, optional
-        `sensitivity_scales` at the start, where they are known.
-    zeros : mapping of str to float
-        Weight, by public name, of how far a value that each run has of its own is from their mean.
+    cost_tolerance : float
+        It ends when a step changes the sum of squares by less than this part,
+    step_tolerance : float
+        when a step changes the coordinates by less than this part,
+    gradient_tolerance : float
+        when the scaled gradient is less than this,
+    most_steps : int
+        and after so many evaluations.
+    difference : float
+        Step of the Jacobian's finite differences, in coordinates.
     """
-    if not problem.shared and not problem.own:
-        return start
-    sensitivities = sensitivities or sensitivity_scales(problem.starting_at(start))
-    scales = _scales(problem, start, sensitivities)
-    own = [f for f in problem.own if np.isfinite(sensitivities[f])]  # the others would wander
-    if not problem.shared and not own:
-        return start
-    coordinates = Coordinates(problem, problem.shared, own, scales, start)
-    turned = Turned(problem, coordinates, zeros)
-    try:
-        found = least_squares(
-            turned.residual, coordinates.of(start), jac=turned.jacobian,  # pyright: ignore
-            bounds=(coordinates.lo, coordinates.hi), x_scale="jac", ftol=TOLERANCE, xtol=1e-6, gtol=1e-8,
-            max_nfev=steps,
-        )  # fmt: skip
-    except (ValueError, np.linalg.LinAlgError):
-        return start
-    table = coordinates.table(found.x)
-    return table if cost(problem, table, zeros) <= cost(problem, start, zeros) else start
+
+    cost_tolerance: float = 1e-7
+    step_tolerance: float = 1e-7
+    gradient_tolerance: float = 1e-7
+    most_steps: int = 60
+    difference: float = 1e-6
+
+    def __call__(self, problem: Problem, log: SearchLog, start: Solution | None = None) -> Solution:
+        """All free parameters searched, none eliminated; never worse than the start."""
+        start = start or Solution(problem.start())
+        return Solution(self.refined(problem, start.table, log=log))
+
+    def refined(
+        self, problem: Problem, table: FloatArray, scales: Mapping[str, float] | None = None,
+        log: SearchLog | None = None,
+    ) -> FloatArray:  # fmt: skip
+        """Values at the local minimum reached from a table; never worse than it.
+
+        Parameters
+        ----------
+        problem : Problem
+        table : ndarray, shape (runs, parameters)
+        scales : mapping of str to float, optional
+            `sensitivity_scales` at the table, where they are known.
+        log : SearchLog, optional
+        """
+        if not problem.space.free:
+            return table
+        scales = scales or sensitivity_scales(problem.starting_at(table))
+        per_run = [f for f in problem.per_run if np.isfinite(scales[f])]  # the others would wander
+        if not problem.shared and not per_run:
+            return table
+        coordinates = Coordinates(problem, problem.shared, per_run, _within_reach(problem, table, scales), table)
+        objective = Objective(problem, coordinates, Projection(problem, Eliminated(), {}), self.difference, log)
+        found = coordinates.table(self.descend(objective, coordinates.of(table)))
+        return found if problem.cost(found) <= problem.cost(table) else table
+
+    def descend(self, objective: Objective, q: FloatArray) -> FloatArray:
+        """Coordinates of the local minimum reached from ``q``; ``q`` itself where the model fails there."""
+        if not objective.coordinates.axes or objective.at(q) is None:
+            return q
+        try:
+            return least_squares(
+                objective.residual,
+                q,
+                jac=objective.jacobian,  # pyright: ignore[reportArgumentType]
+                bounds=(objective.coordinates.lo, objective.coordinates.hi),
+                x_scale="jac",
+                ftol=self.cost_tolerance,
+                xtol=self.step_tolerance,
+                gtol=self.gradient_tolerance,
+                max_nfev=self.most_steps,
+            ).x
+        except np.linalg.LinAlgError:
+            return q
 
 
-class Turned:
-    """Residuals turned so that all of them is their norm, in the first row: the same problem in few rows.
-
-    Norms, slopes and steps are those of all residuals; only the optimiser's matrices shrink from samples to parameters.
+class Objective:
+    """The weighted residuals of a problem as the optimiser sees them: few rows, the same problem.
 
     Parameters
     ----------
     problem : Problem
     coordinates : Coordinates
         What is searched.
-    zeros : mapping of str to float
-        See `descended`.
+    projection : Projection
+        What is solved for.
+    difference : float
+        Step of the finite differences.
+    log : SearchLog, optional
+        Offered every point.
     """
 
-    def __init__(self, problem: Problem, coordinates: Coordinates, zeros: Mapping[str, float]) -> None:
-        self.problem, self.coordinates, self.zeros = problem, coordinates, zeros
-        self._last: tuple[FloatArray, FloatArray] | None = None  # where it was evaluated last, and what came out
+    def __init__(
+        self, problem: Problem, coordinates: Coordinates, projection: Projection, difference: float,
+        log: SearchLog | None = None,
+    ) -> None:  # fmt: skip
+        self.problem, self.coordinates, self.projection = problem, coordinates, projection
+        self.difference, self.log = difference, log or SearchLog()
+        self._last: tuple[bytes, Projected | None] = (b"none", None)  # where it was evaluated last, and what came out
 
-    def residual(self, q: FloatArray) -> FloatArray:
-        turned = np.zeros(q.size + 1)
-        turned[0] = np.linalg.norm(self._at(q))
-        return turned
-
-    def jacobian(self, q: FloatArray) -> FloatArray:
-        return triangle(self._at(q), self._slopes(q))
-
-    def _at(self, q: FloatArray) -> FloatArray:
-        if self._last is None or not np.array_equal(self._last[0], q):
-            self._last = q.copy(), self._residuals([self.coordinates.table(q)])[0]
+    def at(self, q: FloatArray) -> Projected | None:
+        """The problem at ``q``, the eliminated parameters solved for; None where the model fails."""
+        key = q.tobytes()
+        if self._last[0] != key:
+            point = self.projection(self.coordinates.table(q))
+            self.log.simulated(self.projection.simulations)
+            self._last = key, point
+            if point is not None:
+                self.log.offer(point.table, math.sqrt(point.cost / point.residual.size))
         return self._last[1]
 
-    def _residuals(self, tables: Sequence[FloatArray]) -> list[FloatArray]:
-        runs = len(self.problem.runs)
-        found = self.problem.residuals([item for table in tables for item in enumerate(table)])
-        each = [found[i : i + runs] for i in range(0, len(found), runs)]
-        ties = [apart(self.problem, table, self.zeros) for table in tables]
-        whole = [np.concatenate([*parts, tie]) for parts, tie in zip(each, ties, strict=True)]
-        return [np.nan_to_num(values, nan=1e6, posinf=1e6, neginf=-1e6) for values in whole]
+    def values(self, q: FloatArray) -> FloatArray:
+        """Values of all parameters at ``q``."""
+        point = self.at(q)
+        return self.coordinates.table(q) if point is None else point.table
 
-    def _slopes(self, q: FloatArray) -> FloatArray:
-        base, axes = self._at(q), self.coordinates.axes
-        columns = np.zeros((base.size, q.size), order="F")  # filled by columns
-        groups, steps = _together(self.coordinates), np.where(q + 1e-5 <= self.coordinates.hi, 1e-5, -1e-5)
-        moved = np.tile(q, (len(groups), 1))
-        for row, group in zip(moved, groups, strict=True):
-            row[group] += steps[group]
-        changed = self._residuals([self.coordinates.table(row) for row in moved])
-        for group, values in zip(groups, changed, strict=True):
-            change = values - base
-            for i in group:
-                rows = slice(None) if axes[i].run is None else _rows(self.problem, axes[i].run)
-                columns[rows, i] = change[rows] / steps[i]
-                if self.zeros and axes[i].run is not None:  # of these, one run's value acts on all rows
-                    alone = q.copy()
-                    alone[i] += steps[i]
-                    tie = apart(self.problem, self.coordinates.table(alone), self.zeros)
-                    columns[base.size - tie.size :, i] = (tie - base[base.size - tie.size :]) / steps[i]
-        return columns
+    def residual(self, q: FloatArray) -> FloatArray:
+        """The norm of all residuals in the first of as many rows as there are coordinates, and one more."""
+        few = np.zeros(q.size + 1)
+        point = self.at(q)
+        if point is None:
+            few[0] = np.inf
+        else:
+            pooled = self.problem.pooling_residual(point.table)
+            few[0] = np.linalg.norm(np.concatenate([point.residual, pooled]))
+        return few
+
+    def jacobian(self, q: FloatArray) -> FloatArray:
+        """Derivatives of `residual`, by one simulation of every run for each group of coordinates."""
+        point = self.at(q)
+        if point is None:
+            raise ValueError("no derivative where the model fails")
+        moves = [self._moved(q, point, group) for group in self.coordinates.groups]
+        self.log.simulated(len(moves) * len(self.problem.runs))
+        columns = finite_differences(self.problem.residuals, point.residuals, moves, q.size)
+        still = self.problem.pooling_residual(point.table)
+        columns = np.vstack([point.reduced(columns), self._pooling_slopes(q, still)])
+        return triangle(np.concatenate([point.residual, still]), columns)
+
+    def _step(self, q: FloatArray) -> FloatArray:
+        """Step of each coordinate, away from its upper bound."""
+        return np.where(q + self.difference <= self.coordinates.hi, self.difference, -self.difference)
+
+    def _moved(self, q: FloatArray, point: Projected, group: list[int]) -> Perturbation:
+        """The coordinates of a group moved, what is eliminated held."""
+        steps, moved = self._step(q), q.copy()
+        moved[group] += steps[group]
+        table = self.coordinates.table(moved)
+        table[:, self.projection.columns] = point.table[:, self.projection.columns]
+        columns = group * len(table) if self.coordinates.axes[group[0]].run is None else group
+        return Perturbation(table, steps[columns], columns)
+
+    def _pooling_slopes(self, q: FloatArray, still: FloatArray) -> FloatArray:
+        """Derivatives of `Problem.pooling_residual`, in which one run's value acts on the rows of all."""
+        found = np.zeros((still.size, q.size))
+        for i in [i for i, axis in enumerate(self.coordinates.axes) if axis.run is not None and still.size]:
+            moved, step = q.copy(), self._step(q)[i]
+            moved[i] += step
+            found[:, i] = (self.problem.pooling_residual(self.coordinates.table(moved)) - still) / step
+        return found
 
 
 def triangle(residual: FloatArray, columns: FloatArray) -> FloatArray:
@@ -148,26 +203,12 @@ def triangle(residual: FloatArray, columns: FloatArray) -> FloatArray:
     return found
 
 
-def _scales(problem: Problem, start: FloatArray, sensitivities: Mapping[str, float]) -> dict[str, float]:
-    """Sensitivity scales; not beyond ten times the value of a positive parameter, where a slope means nothing."""
-    scales = {name: sensitivities[name] for name in (*problem.shared, *problem.own)}
+def _within_reach(problem: Problem, table: FloatArray, sensitivities: Mapping[str, float]) -> dict[str, float]:
+    """Sensitivity scales of the free parameters, none farther than `FARTHEST`."""
+    scales = {name: sensitivities[name] for name in problem.space.free}
     for name, scale in scales.items():
         declared = problem.declared[name]
-        size = 10.0 * max(abs(float(start[0, problem.fields.index(name)])), abs(declared.start))
+        size = FARTHEST * max(abs(float(table[0, problem.fields.index(name)])), abs(declared.start))
         if declared.quantity.lo == 0.0 and size > 0.0:
             scales[name] = min(scale, size)
     return scales
-
-
-def _together(coordinates: Coordinates) -> list[list[int]]:
-    """Axes that can be moved at once: the same field of different runs."""
-    groups: dict[tuple[str, bool], list[int]] = {}
-    for i, axis in enumerate(coordinates.axes):
-        groups.setdefault((axis.field, axis.run is None), []).append(i)
-    return list(groups.values())
-
-
-def _rows(problem: Problem, run: int | None) -> slice:
-    sizes = [-(-r.targets.shape[0] // problem.block) * r.targets.shape[1] for r in problem.runs]
-    edge = int(np.sum(sizes[: run or 0]))
-    return slice(edge, edge + sizes[run or 0])

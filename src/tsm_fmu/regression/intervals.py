@@ -15,16 +15,16 @@ all parameters, no values per run and no eliminated parameters.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping
 
 from lmfit import Parameters
 from scipy.optimize import root_scalar
 
 from .problem import FloatArray, Problem
-from .search import Search, search_fast
+from .solver import SearchLog, Solution, Solver
 from .uncertainty import Uncertainty
 
+_Profiled = Callable[[FloatArray, int, float], FloatArray | None]
 Intervals = Mapping[str, tuple[float, float]]
 """Lower and upper end [SI] by field."""
 
@@ -48,8 +48,9 @@ def linear_intervals(parameters: Parameters, at_bound: frozenset[str]) -> dict[s
 
 
 def profile_intervals(
-    problem: Problem, table: FloatArray, known: Uncertainty, search: Search, found: dict[str, tuple[float, float]]
-) -> None:
+    problem: Problem, best: Solution, known: Uncertainty, found: dict[str, tuple[float, float]], solver: Solver,
+    log: SearchLog,
+) -> None:  # fmt: skip
     """Replace the intervals of the shared parameters in ``found`` by those of the profile, one after the other.
 
     An end is infinite where the error does not rise enough, and at the bound or the joint condition of the model
@@ -59,43 +60,56 @@ def profile_intervals(
     ----------
     problem : Problem
         With the weights of the fit.
-    table : ndarray
-        Its solution.
+    best : Solution
+        Of the fit.
     known : Uncertainty
-    search : Search
-        Of the fit: what is linear; counts the simulations.
     found : dict
         The linear intervals; changed.
+    solver : Solver
+        Fits the other parameters, from a solution.
+    log : SearchLog
+        Counts the simulations.
     """
-    least = _cost(problem, table)
+    least = problem.cost(best.table)
+    log.begin("profile intervals")
+
+    def profiled(start: FloatArray, column: int, value: float) -> FloatArray | None:
+        """Best values with one shared parameter fixed; None where the model refuses that value beside the others."""
+        start = start.copy()
+        start[:, column] = value
+        if problem.refused(start):
+            return None
+        name, counted = problem.fields[column], SearchLog()
+        one = problem.starting_at(start)
+        one = one.over(one.space.fixing([name]))
+        reached = solver(one, counted, Solution(start, best.linear - {name}, best.constrained))
+        log.simulated(counted.simulations)
+        return reached.table
+
     for name in known.names:
         if name in found:
-            low, high = (_end(problem, table, known, search, name, least, side) for side in (-1.0, 1.0))
+            log.rename(f"profile intervals, {problem.declared[name].name}")
+            low, high = (_end(problem, best.table, known, profiled, name, least, side) for side in (-1.0, 1.0))
             found[name] = (low, high)
 
 
-def _cost(problem: Problem, table: FloatArray) -> float:
-    residuals = problem.residuals(list(enumerate(table)))
-    return float(sum(r @ r for r in residuals))
-
-
 def _end(
-    problem: Problem, table: FloatArray, known: Uncertainty, search: Search, name: str, least: float, side: float
+    problem: Problem, table: FloatArray, known: Uncertainty, profiled: _Profiled, name: str, least: float, side: float
 ) -> float:
     j, kappa = problem.fields.index(name), known.calibration[name]
-    value, parameter = float(table[0, j]), problem.parameters[name]
+    value, parameter = float(table[0, j]), problem.space[name]
     half = QUANTILE * known.stderr[name]
-    furthest = (parameter.max if side > 0.0 else parameter.min) - value
+    furthest = (parameter.hi if side > 0.0 else parameter.lo) - value
     best, known_at = table, {0.0: -QUANTILE}
 
     def missing(distance: float) -> float:
         """What (1) lacks, as its root in quantiles: nearly linear in the distance. Each fit starts at the last one."""
         nonlocal best
         if distance not in known_at:
-            reached = _held(problem, best, search, j, value + side * distance)
+            reached = profiled(best, j, value + side * distance)
             known_at[distance] = REFUSED
             if reached is not None:
-                best, rise = reached, _cost(problem, reached) - least
+                best, rise = reached, problem.cost(reached) - least
                 known_at[distance] = math.copysign(math.sqrt(abs(rise) / kappa), rise) - QUANTILE
         return known_at[distance]
 
@@ -107,20 +121,3 @@ def _end(
             return side * math.inf
         inside, outside = outside, min(2.0 * outside, abs(furthest))
     return value + side * root_scalar(missing, bracket=(inside, outside), xtol=END * half).root
-
-
-def _held(problem: Problem, table: FloatArray, search: Search, column: int, value: float) -> FloatArray | None:
-    """Best table with one shared parameter held; None where the model refuses that value beside the others."""
-    start = table.copy()
-    start[:, column] = value
-    if problem.refused(start):
-        return None
-    name = problem.fields[column]
-    parameters = problem.parameters.copy()
-    for field, at in zip(problem.fields, start[0], strict=True):
-        parameters[field].set(value=float(at))
-    parameters[name].set(vary=False)
-    one = Search(search.progress, linear=search.linear - {name}, constrained=search.constrained)
-    reached = search_fast(replace(problem, parameters=parameters), one, 0, start)
-    search.simulations += one.simulations
-    return reached

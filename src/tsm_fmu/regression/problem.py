@@ -13,11 +13,11 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from lmfit import Parameters
 from numpy.typing import NDArray
 
 from ..kernels.kernel import Kernel, compiled_run
 from ..models.contract import Condition, Variable, packed
+from .search_space import SearchSpace
 from .threads import spread
 
 FloatArray = NDArray[np.float64]
@@ -83,20 +83,20 @@ class Problem:
     runs : sequence of FitRun
     channels : tuple of str
         Names of the fitted outputs, the columns of the targets.
-    parameters : lmfit.Parameters
-        By Python field name: start value, bounds, and whether the parameter varies.
-    per_run : tuple of str
-        Fields that have one value for each run.
+    space : SearchSpace
+        By Python field name: start value, bounds, whether the parameter is free, and whether each run has its own.
     weights : ndarray, shape (channels,)
         Factor of each channel's residual, 1/noise; 1/standard deviation by default.
+    pooling : mapping of str to float
+        Partial pooling of per-run parameters, by field: weight of how far the runs' values are from their mean.
     """
 
     kernel: Kernel
     runs: Sequence[FitRun]
     channels: tuple[str, ...]
-    parameters: Parameters
-    per_run: tuple[str, ...] = ()
+    space: SearchSpace
     weights: FloatArray = field(default_factory=lambda: np.empty(0))
+    pooling: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.weights.size:
@@ -111,15 +111,15 @@ class Problem:
     def declared(self) -> Mapping[str, Variable]:
         return {v.field: v for v in self.kernel.parameters}
 
-    @cached_property
+    @property
     def shared(self) -> tuple[str, ...]:
         """Free parameters with one value for all runs."""
-        return tuple(f for f in self.fields if self.parameters[f].vary and f not in self.per_run)
+        return self.space.shared
 
-    @cached_property
-    def own(self) -> tuple[str, ...]:
+    @property
+    def per_run(self) -> tuple[str, ...]:
         """Free parameters with one value for each run."""
-        return tuple(f for f in self.fields if self.parameters[f].vary and f in self.per_run)
+        return self.space.per_run
 
     @cached_property
     def columns(self) -> tuple[int, ...]:
@@ -135,19 +135,20 @@ class Problem:
     def with_runs(self, runs: Sequence[FitRun]) -> Problem:
         return replace(self, runs=runs)
 
+    def over(self, space: SearchSpace) -> Problem:
+        """The same with another search space."""
+        return replace(self, space=space)
+
     def reweighted(self, weights: FloatArray) -> Problem:
         return replace(self, weights=weights)
 
     def starting_at(self, table: FloatArray) -> Problem:
         """The same problem with the first row of a table as start values."""
-        parameters = self.parameters.copy()
-        for name, value in zip(self.fields, table[0], strict=True):
-            parameters[name].value = value
-        return replace(self, parameters=parameters)
+        return self.over(self.space.starting_at(dict(zip(self.fields, table[0].tolist(), strict=True))))
 
     def start(self) -> FloatArray:
         """Table of the start values."""
-        return np.tile([float(self.parameters[f].value) for f in self.fields], (len(self.runs), 1))
+        return np.tile([self.space[f].start for f in self.fields], (len(self.runs), 1))
 
     def params(self, row: FloatArray) -> Any:
         """The kernel's named tuple of one row, integers as integers."""
@@ -194,7 +195,10 @@ class Problem:
 
     def outputs_of_all(self, table: FloatArray) -> list[FloatArray]:
         """Simulated channels of every run at its row of a table."""
-        wanted = list(enumerate(table))
+        return self.outputs_at(list(enumerate(table)))
+
+    def outputs_at(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+        """Simulated channels of several (run, row of values)."""
         return [y for piece in self._pieces(wanted) for y in self._channels(piece)]
 
     def gaps(self, table: FloatArray) -> list[FloatArray]:
@@ -211,6 +215,17 @@ class Problem:
         many = sum(self._rows[k] for k, _ in wanted) >= PARALLEL_ROWS
         found = spread(self._residuals, pieces) if many else map(self._residuals, pieces)
         return [residual for piece in found for residual in piece]
+
+    def pooling_residual(self, table: FloatArray) -> FloatArray:
+        """Weighted distances of the runs' values from their mean, one pooled parameter after the other."""
+        columns = [(self.fields.index(f), self.pooling.get(f, 0.0)) for f in self.per_run]
+        return np.concatenate([np.empty(0), *(w * (table[:, j] - table[:, j].mean()) for j, w in columns if w > 0.0)])
+
+    def cost(self, table: FloatArray) -> float:
+        """Sum of squares of all residuals; infinite where the model fails."""
+        total = sum(float(np.sum(r**2)) for r in self.residuals(list(enumerate(table))))
+        total += float(np.sum(self.pooling_residual(table) ** 2))
+        return total if np.isfinite(total) else np.inf
 
     def _residuals(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
         simulated = zip(wanted, self._channels(wanted), strict=True)

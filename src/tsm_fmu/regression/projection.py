@@ -8,6 +8,7 @@ fifty runs with an offset each cost no more than fifty small problems.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,6 +24,38 @@ RANK = 1e-8
 
 
 @dataclass(frozen=True)
+class Eliminated:
+    """Fields that are solved for; the channels must be jointly affine in them.
+
+    Attributes
+    ----------
+    shared, per_run : tuple of str
+        Fields with one value for all runs, and with one for each.
+    """
+
+    shared: tuple[str, ...] = ()
+    per_run: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, problem: Problem, linear: frozenset[str], constrained: bool = False) -> Eliminated:
+        """Of the linear fields those that can be eliminated: all shared ones, and per-run ones without bounds.
+
+        Parameters
+        ----------
+        problem : Problem
+        linear : frozenset of str
+            From `linearity.linear_parameters`.
+        constrained : bool
+            A bound or a joint condition holds the shared ones: none of them is eliminated.
+        """
+        unbounded = (f for f in problem.per_run if math.isinf(problem.space[f].lo) and math.isinf(problem.space[f].hi))
+        return cls(
+            () if constrained else tuple(f for f in problem.shared if f in linear),
+            tuple(f for f in unbounded if f in linear and f not in problem.pooling),
+        )
+
+
+@dataclass(frozen=True)
 class Projected:
     """The problem at one point of the searched parameters.
 
@@ -30,35 +63,36 @@ class Projected:
     ----------
     table : ndarray, shape (runs, parameters)
         All values, the eliminated ones solved for.
-    residual : ndarray, shape (rows,)
-        Weighted residual at `table`.
-    own : tuple of ndarray
-        For each run an orthonormal basis of what its own eliminated parameters can do.
-    shared : ndarray, shape (rows, r)
+    residuals : tuple of ndarray
+        Weighted residual of each run at `table`.
+    per_run : tuple of ndarray
+        For each run an orthonormal basis of what its own eliminated parameters can do; empty if there are none.
+    shared : ndarray, shape (rows, r), or None
         Orthonormal basis of what the shared eliminated parameters can do beyond that.
     """
 
     table: FloatArray
-    residual: FloatArray
-    own: tuple[FloatArray, ...]
-    shared: FloatArray
+    residuals: tuple[FloatArray, ...]
+    per_run: tuple[FloatArray, ...] = ()
+    shared: FloatArray | None = None
+
+    @cached_property
+    def residual(self) -> FloatArray:
+        """Residuals of all runs, one after the other."""
+        return np.concatenate(self.residuals)
 
     @cached_property
     def cost(self) -> float:
         return float(np.sum(self.residual**2))
 
-    @cached_property
-    def rows(self) -> tuple[slice, ...]:
-        """Rows of each run in `residual`."""
-        edges = np.cumsum([0, *(basis.shape[0] for basis in self.own)])
-        return tuple(slice(a, b) for a, b in pairwise(edges.tolist()))
-
     def reduced(self, columns: FloatArray) -> FloatArray:
         """Derivatives of the residual with the eliminated parameters held, made derivatives of the reduced one."""
-        columns = columns.copy()
-        for rows, basis in zip(self.rows, self.own, strict=True):
-            columns[rows] -= basis @ (basis.T @ columns[rows])
-        return columns - self.shared @ (self.shared.T @ columns)
+        edges = np.cumsum([0, *(one.size for one in self.residuals)]).tolist()
+        for (first, end), basis in zip(pairwise(edges), self.per_run, strict=False):
+            columns[first:end] -= basis @ (basis.T @ columns[first:end])
+        if self.shared is not None:
+            columns -= self.shared @ (self.shared.T @ columns)
+        return columns
 
 
 class Projection:
@@ -67,57 +101,62 @@ class Projection:
     Parameters
     ----------
     problem : Problem
-    shared, own : tuple of str
-        Eliminated fields; the channels must be jointly affine in them.
+    eliminated : Eliminated
     scales : mapping of str to float
         Size of a change of each that matters.
     """
 
-    def __init__(
-        self, problem: Problem, shared: tuple[str, ...], own: tuple[str, ...], scales: Mapping[str, float]
-    ) -> None:
-        self.problem = problem
-        self._shared = [problem.fields.index(f) for f in shared]
-        self._own = [problem.fields.index(f) for f in own]
-        self._size = {j: scales[problem.fields[j]] for j in (*self._shared, *self._own)}
+    def __init__(self, problem: Problem, eliminated: Eliminated, scales: Mapping[str, float]) -> None:
+        self.problem, self.eliminated = problem, eliminated
+        self._shared = [problem.fields.index(f) for f in eliminated.shared]
+        self._per_run = [problem.fields.index(f) for f in eliminated.per_run]
+        self.columns = [*self._shared, *self._per_run]
+        self._size = {j: scales[problem.fields[j]] for j in self.columns}
         self._size = {j: s if np.isfinite(s) else 1.0 for j, s in self._size.items()}
-        self._lo = np.array([problem.parameters[f].min for f in shared])
-        self._hi = np.array([problem.parameters[f].max for f in shared])
-        self.simulations = 0
+        self._lo = np.array([problem.space[f].lo for f in eliminated.shared])
+        self._hi = np.array([problem.space[f].hi for f in eliminated.shared])
+
+    @property
+    def simulations(self) -> int:
+        """Simulations of one run that one call takes."""
+        return len(self.problem.runs) * (1 + len(self.columns))
 
     def __call__(self, table: FloatArray) -> Projected | None:
         """Solve at ``table`` (its eliminated values only serve as reference); None where the model fails."""
-        columns = [*self._shared, *self._own]
-        wanted = [(k, row) for k in range(len(self.problem.runs)) for row in self._probes(table[k], columns)]
+        count = 1 + len(self.columns)
+        wanted = [(k, row) for k in range(len(self.problem.runs)) for row in self._probes(table[k])]
         found = self.problem.residuals(wanted)
-        self.simulations += len(wanted)
-        left, effects, own_bases, own_maps = [], [], [], []
+        if not all(np.isfinite(residual).all() for residual in found[::count]):
+            return None
+        if not self.columns:
+            return Projected(table, tuple(found))
+        remaining, effects, bases, maps = [], [], [], []
         for k in range(len(self.problem.runs)):
-            r, *moved = found[k * (1 + len(columns)) : (k + 1) * (1 + len(columns))]
-            if not np.isfinite(r).all():
-                return None
-            effect = np.nan_to_num(np.column_stack([m - r for m in moved]) if moved else np.empty((r.size, 0)))
-            of_shared, of_own = effect[:, : len(self._shared)], effect[:, len(self._shared) :]
-            basis, back = _factor(of_own)
-            own_bases.append(basis)
-            own_maps.append((back, r, of_shared))
-            left.append(r - basis @ (basis.T @ r))
+            r, *moved = found[k * count : (k + 1) * count]
+            effect = np.nan_to_num(np.column_stack([m - r for m in moved]))
+            of_shared, of_run = effect[:, : len(self._shared)], effect[:, len(self._shared) :]
+            basis, back = _factor(of_run)
+            bases.append(basis)
+            maps.append((back, r, of_shared))
+            remaining.append(r - basis @ (basis.T @ r))
             effects.append(of_shared - basis @ (basis.T @ of_shared))
-        residual, effect = np.concatenate(left), np.concatenate(effects)
+        residual, effect = np.concatenate(remaining), np.concatenate(effects)
         change, free = self._solve(effect, residual, table[0])
         solved = table.copy()
         size = np.array([self._size[j] for j in self._shared])
         solved[:, self._shared] += change * size
-        for k, (back, r, of_shared) in enumerate(own_maps):
+        for k, (back, r, of_shared) in enumerate(maps):
             step = -back @ (r + of_shared @ change)
-            solved[k, self._own] += step * np.array([self._size[j] for j in self._own])
+            solved[k, self._per_run] += step * np.array([self._size[j] for j in self._per_run])
         basis, _ = _factor(effect[:, free])
-        return Projected(solved, residual + effect @ change, tuple(own_bases), basis)
+        residual += effect @ change
+        edges = np.cumsum([one.size for one in remaining])[:-1]
+        return Projected(solved, tuple(np.split(residual, edges)), tuple(bases), basis)
 
-    def _probes(self, row: FloatArray, columns: list[int]) -> list[FloatArray]:
+    def _probes(self, row: FloatArray) -> list[FloatArray]:
         """The row itself, then with each eliminated parameter moved."""
         probes = [row]
-        for j in columns:
+        for j in self.columns:
             moved = row.copy()
             moved[j] += self._size[j]
             probes.append(moved)

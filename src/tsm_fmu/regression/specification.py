@@ -1,4 +1,4 @@
-"""What a fit is asked: which parameters vary from where, which have one value a run, which channels count."""
+"""What a fit is asked: its search space, which parameters have one value a run, which channels count."""
 
 from __future__ import annotations
 
@@ -6,26 +6,27 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
-from lmfit import Parameters
 
 from ..card import ModelCard
 from ..kernels.kernel import Kernel
 from ..logs.record import Record
 from ..models.contract import InputError, flat, with_unit
 from .problem import FitRun
+from .search_space import SearchParameter, SearchSpace
 
 
-def fit_parameters(
+def search_space(
     model: Kernel,
     preset: str | None = None,
     values: Mapping[str, float] | None = None,
     fixed: Collection[str] = (),
     card: ModelCard | None = None,
-) -> Parameters:
-    """Parameters of a fit as lmfit keeps them, by the field names of the kernel's ``Params``, in SI.
+    per_run: Collection[str] = (),
+) -> SearchSpace:
+    """Start, bounds and freedom of each parameter of a model, by the field names of the kernel's ``Params``, in SI.
 
-    Integer parameters (switches, counts) do not vary. Bounds are those of the model, or of the card where it
-    has narrower ones; the caller may change ``vary``, ``min`` and ``max`` before the fit.
+    Integer parameters (switches, counts) are not free. Bounds are those of the model, or of the card where it has
+    narrower ones.
 
     Parameters
     ----------
@@ -38,27 +39,25 @@ def fit_parameters(
         Public names of parameters that stay at their value.
     card : ModelCard, optional
         Start values, bounds and fixed flags of an earlier fit.
-
-    Returns
-    -------
-    lmfit.Parameters
+    per_run : collection of str
+        Fields with one value for each run, from `per_run_fields`.
 
     Raises
     ------
     InputError
         Unknown name, a start value out of bounds or against a joint condition, or nothing left to fit.
     """
-    held = {name: p for name, p in card.parameters.items()} if card else {}
-    start = model.params(preset, {**{name: p.value for name, p in held.items()}, **(values or {})})
+    earlier_fit = dict(card.parameters) if card else {}
+    start = model.params(preset, {**{name: p.value for name, p in earlier_fit.items()}, **(values or {})})
     known = [v.name for v in model.parameters]
     for name in fixed:
         if name not in known:
             raise InputError(
                 f"--fix {name} of {model.name} -- expected one of {', '.join(known)} -- see 'tsm-fmu list'"
             )
-    result = Parameters()
+    found: dict[str, SearchParameter] = {}
     for variable, value in zip(model.parameters, flat(start), strict=True):
-        name, quantity, earlier = variable.name, variable.quantity, held.get(variable.name)
+        name, quantity, earlier = variable.name, variable.quantity, earlier_fit.get(variable.name)
         lo = max(quantity.lo, earlier.lo if earlier else -math.inf)
         hi = min(quantity.hi, earlier.hi if earlier else math.inf)
         if not lo <= value <= hi:
@@ -66,11 +65,11 @@ def fit_parameters(
                 f"start value {name} = {with_unit(repr(value), quantity.unit)} -- expected a value in the bounds "
                 f"[{lo:g}, {hi:g}] of the card -- change one of them"
             )
-        vary = variable.kind is float and name not in fixed and not (earlier and earlier.fixed) and lo < hi
-        result.add(variable.field, value=float(value), vary=vary, min=lo, max=hi)
-    if not any(p.vary for p in result.values()):
+        free = variable.kind is float and name not in fixed and not (earlier and earlier.fixed) and lo < hi
+        found[variable.field] = SearchParameter(float(value), lo, hi, free, variable.field in per_run)
+    if not any(p.free for p in found.values()):
         raise InputError(f"no parameter of {model.name} is left to fit -- expected at least one -- drop a --fix")
-    return result
+    return SearchSpace(found)
 
 
 def per_run_fields(model: Kernel, shared: Collection[str] = (), offsets: Collection[str] = ()) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .problem import BoolArray, FloatArray, Problem
-from .structure import sensitivity_scales
+from .sensitivity import residual_jacobian, row_edges, sensitivity_scales
 
 BANDWIDTH = 5.0
 """Lags summed, in autocorrelation times: Bartlett weights then miss about a tenth of the variance."""
@@ -58,15 +58,19 @@ class Uncertainty:
 def uncertainty(problem: Problem, table: FloatArray, on_bound: frozenset[str]) -> Uncertainty:
     """Covariance at the solution ``table``; ``on_bound`` names the fields that are held by a bound."""
     shared = [f for f in problem.shared if f not in on_bound]
-    own = [f for f in problem.own if f not in on_bound]
-    count, each = len(shared), len(own)
+    per_run = [f for f in problem.per_run if f not in on_bound]
+    count, each = len(shared), len(per_run)
     size = count + each * len(problem.runs)
     information, meat = np.zeros((size, size)), np.zeros((size, size))
     effective, longest = 0.0, 1.0
     scales = sensitivity_scales(problem.starting_at(table))
-    for k in range(len(problem.runs)):
-        residual = problem.residual(k, table[k])
-        jacobian = _jacobian(problem, k, table[k], residual, [*shared, *own], scales)
+    residuals = problem.residuals(list(enumerate(table)))
+    whole = residual_jacobian(problem, table, residuals, [*shared, *per_run], scales)
+    edges = row_edges(residuals)
+    for k, residual in enumerate(residuals):
+        at = np.r_[0:count, count + k * each : count + (k + 1) * each]
+        columns = [*range(count), *(count + i * len(problem.runs) + k for i in range(each))]
+        jacobian = np.ascontiguousarray(whole[edges[k] : edges[k + 1], columns])
         channels = len(problem.channels)
         by_time = residual.reshape(channels, -1)
         times = [autocorrelation_time(row) for row in by_time]
@@ -74,7 +78,6 @@ def uncertainty(problem: Problem, table: FloatArray, on_bound: frozenset[str]) -
         longest = max(longest, *times)
         scores = (jacobian * residual[:, None]).reshape(channels, -1, count + each).sum(axis=0)
         lags = min(math.ceil(BANDWIDTH * max(times)), max(1, scores.shape[0] // 10))
-        at = np.r_[0:count, count + k * each : count + (k + 1) * each]
         information[np.ix_(at, at)] += jacobian.T @ jacobian
         meat[np.ix_(at, at)] += long_run_covariance(scores, lags)
     norm = np.sqrt(np.diag(information))
@@ -85,7 +88,7 @@ def uncertainty(problem: Problem, table: FloatArray, on_bound: frozenset[str]) -
     return Uncertainty(
         stderr=dict(zip(shared, errors[:count].tolist(), strict=True)),
         per_run=tuple(
-            dict(zip(own, errors[count + k * each : count + (k + 1) * each].tolist(), strict=True))
+            dict(zip(per_run, errors[count + k * each : count + (k + 1) * each].tolist(), strict=True))
             for k in range(len(problem.runs))
         ),
         correlation=covariance[:count, :count] / np.outer(deviation, deviation),
@@ -122,20 +125,6 @@ def long_run_covariance(scores: FloatArray, lags: int) -> FloatArray:
     return windows.T @ windows / lags
 
 
-def _jacobian(
-    problem: Problem, run: int, row: FloatArray, residual: FloatArray, fields: list[str], scales: dict[str, float]
-) -> FloatArray:
-    columns = np.zeros((residual.size, len(fields)))
-    for i, field in enumerate(fields):
-        j = problem.fields.index(field)
-        h = 1e-5 * scales[field] if math.isfinite(scales[field]) else 1e-5
-        h = min(h, 1e-3 * abs(row[j])) if row[j] else h
-        moved = row.copy()
-        moved[j] += h if row[j] + h <= problem.parameters[field].max else -h
-        columns[:, i] = (problem.residual(run, moved) - residual) / (moved[j] - row[j])
-    return np.nan_to_num(columns, nan=0.0, posinf=0.0, neginf=0.0)
-
-
 def _sandwich(information: FloatArray, meat: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Covariance, inverse of the information, and which parameters take part in a direction that is not determined."""
     values, vectors = np.linalg.eigh(information)
@@ -148,9 +137,9 @@ def _condition_number(information: FloatArray, count: int) -> float:
     if count == 0:
         return 1.0
     cross, rest = information[:count, count:], information[count:, count:]
-    left = information[:count, :count] - cross @ np.linalg.pinv(rest, hermitian=True) @ cross.T
+    reduced = information[:count, :count] - cross @ np.linalg.pinv(rest, hermitian=True) @ cross.T
     norm = np.sqrt(np.maximum(np.diag(information)[:count], 0.0))
     if not (norm > 0.0).all():
         return math.inf
-    values = np.linalg.eigvalsh(left / np.outer(norm, norm))
+    values = np.linalg.eigvalsh(reduced / np.outer(norm, norm))
     return math.sqrt(values[-1] / values[0]) if values[0] > 0.0 else math.inf

@@ -26,7 +26,7 @@ from ..kernels.kernel import Kernel, kernel
 from ..logs.record import Record
 from ..models import MODELS
 from ..models.contract import InputError
-from ..regression.specification import fit_parameters, fit_run, per_run_fields
+from ..regression.specification import fit_run, per_run_fields, search_space
 from ..report import Line, Section, Table, loop_figure, time_figure, write_report
 from ..scenarios import mssp_feedforward
 from .samples import sample
@@ -84,8 +84,7 @@ def _identified(measured: Record, holdout: Record) -> tuple[Fit, ModelCard]:
         model,
         [fit_run(model, measured, [CHANNEL])],
         [CHANNEL],
-        fit_parameters(model),
-        per_run=per_run_fields(model),
+        search_space(model, per_run=per_run_fields(model)),
         holdout=[fit_run(model, holdout, [CHANNEL])],
     )
     return result, model_card(result, "published", [measured], [holdout])

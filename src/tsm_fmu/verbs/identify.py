@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 from ..card import ModelCard, write_card
 from ..identification.fit import SETTLING, Fit, fit
-from ..identification.nuisance import limit_delays, with_nuisance
+from ..identification.nuisance import with_limited_delays, with_nuisance
 from ..identification.result import as_json, model_card, run_outputs
 from ..logs.agreement import Agreement
 from ..logs.display import display
 from ..logs.record import Record, cutoff_note, kernel_inputs
 from ..models.contract import Variable
 from ..regression.problem import FitRun
-from ..regression.search import Progress
-from ..regression.specification import fit_parameters, fit_run, measured_channels, per_run_fields
+from ..regression.solver import Report
+from ..regression.specification import fit_run, measured_channels, per_run_fields, search_space
 from ..report.text import text_table
 from .models import ModelLike, chosen_model
 from .runs import RunLike, grouped
@@ -167,7 +167,7 @@ def identify(
     intervals: str = "linear",
     cutoff: float | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Report | None = None,
 ) -> IdentifyResult:
     """Fit a model's parameters to measured runs, and judge them on runs that were not fitted.
 
@@ -196,7 +196,7 @@ def identify(
     seed : int
         Same seed, same result.
     progress : callable, optional
-        Told how far the search is, see `tsm_fmu.regression.search.Progress`.
+        Told how far the search is, see `tsm_fmu.regression.solver.Progress`.
 
     Returns
     -------
@@ -210,18 +210,17 @@ def identify(
     chosen = chosen_model(model)
     extended = with_nuisance(chosen.kernel, chosen.effects, nuisance)
     kernel = extended.kernel
-    parameters = fit_parameters(kernel, chosen.preset or None, values, [*fixed, *extended.fixed], chosen.card)
+    per_run = per_run_fields(kernel, shared, extended.per_run)
+    space = search_space(kernel, chosen.preset or None, values, [*fixed, *extended.fixed], chosen.card, per_run)
     measured, held_out = grouped(runs, holdout)
     records = [*measured, *held_out]
     channels = measured_channels(kernel, records)
     fit_runs = [fit_run(kernel, record, channels, cutoff) for record in records]
-    limit_delays(parameters, extended.delays, fit_runs)
     found = fit(
         kernel,
         fit_runs[: len(measured)],
         channels,
-        parameters,
-        per_run=per_run_fields(kernel, shared, extended.per_run),
+        with_limited_delays(space, extended.delays, fit_runs),
         holdout=fit_runs[len(measured) :],
         method=method,
         single_start=single_start,

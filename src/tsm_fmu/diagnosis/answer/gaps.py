@@ -48,7 +48,7 @@ class Errors:
 
 def errors_of(fitted: Fitted, runs: Sequence[FitRun], holdout: Sequence[FitRun]) -> Errors:
     """Residuals of a fit on all samples of the runs."""
-    return Errors(tuple(fitted.at(runs).residuals), tuple(fitted.judged_on(holdout)) if holdout else ())
+    return Errors(tuple(fitted.at(runs).residuals), tuple(fitted.held_out_errors(holdout)) if holdout else ())
 
 
 def gaps(

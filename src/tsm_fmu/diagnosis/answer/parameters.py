@@ -53,17 +53,17 @@ def bound_notes(refitted: Fitted, final: Fitted) -> tuple[str, ...]:
 def _at_bounds(fitted: Fitted) -> dict[str, float]:
     found, problem = {}, fitted.problem
     for name in problem.shared:
-        p, value = problem.parameters[name], float(fitted.table[0, problem.fields.index(name)])
-        width = p.max - p.min
+        p, value = problem.space[name], float(fitted.table[0, problem.fields.index(name)])
+        width = p.hi - p.lo
         near = 1e-4 * width if np.isfinite(width) else 1e-6 * max(1.0, abs(value))
-        if value - p.min < near or p.max - value < near:
+        if value - p.lo < near or p.hi - value < near:
             found[problem.declared[name].name] = value
     return found
 
 
 def own_values(fitted: Fitted) -> list[dict[str, float]]:
     """By public name, the parameters of which each run has a value of its own."""
-    columns = {fitted.problem.declared[f].name: fitted.problem.fields.index(f) for f in fitted.problem.own}
+    columns = {fitted.problem.declared[f].name: fitted.problem.fields.index(f) for f in fitted.problem.per_run}
     return [{name: float(row[j]) for name, j in columns.items()} for row in fitted.table]
 
 
@@ -71,9 +71,9 @@ def card_of(final: Fitted, records: tuple[RecordUsed, ...], preset: str, seed: i
     """The model of the answer as a card; standard errors are left to an identification."""
     problem, values, parameters = final.problem, final.values, {}
     for variable in problem.kernel.parameters:
-        p = problem.parameters[variable.field]
-        value = min(max(values[variable.name], p.min), p.max)
-        parameters[variable.name] = CardParameter(value, variable.quantity.unit, None, p.min, p.max, not p.vary)
-    per_run = dict(zip((run.name for run in problem.runs), own_values(final), strict=True)) if problem.own else {}
+        p = problem.space[variable.field]
+        value = min(max(values[variable.name], p.lo), p.hi)
+        parameters[variable.name] = CardParameter(value, variable.quantity.unit, None, p.lo, p.hi, not p.free)
+    per_run = dict(zip((run.name for run in problem.runs), own_values(final), strict=True)) if problem.per_run else {}
     provenance = Provenance(records, seed=seed, date=utc_now(), method="diagnose")
     return ModelCard(final.model, preset, tuple(final.effects), parameters, per_run, provenance)

@@ -82,8 +82,8 @@ def baselines(
 
 def refitted_model(task: Task, effects: Sequence[str], given: Fitted | None = None) -> Fitted:
     """The model refitted, channels weighted by the inverse of what a first refit leaves of them."""
-    first = refit(task, effects, {}, own=given.own if given else None)
+    first = refit(task, effects, {}, per_run_values=given.per_run if given else None)
     if len(task.channels) < 2:
         return first
     weighted = replace(task, weights=1.0 / np.maximum(first.rmse, 1e-6 * first.spread))
-    return refit(weighted, effects, first.values, own=first.own)
+    return refit(weighted, effects, first.values, per_run_values=first.per_run)

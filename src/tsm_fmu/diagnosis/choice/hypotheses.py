@@ -8,14 +8,14 @@ from functools import cached_property
 
 import numpy as np
 
-from ...identification.fit import SETTLING
 from ...models.contract import InputError
+from ...regression.held_out import SETTLING
 from ...regression.problem import FitRun, FloatArray
+from ...regression.thinning import thinned
 from ...regression.threads import together
 from ..fits.nuisance import Start, best_of, extended, is_form, material, without
 from ..fits.refit import Fitted, effective_samples, rms
 from ..fits.screening import Screened
-from ..runs.thinning import thinned
 
 REFITTED = 10
 """Candidates of the linear step that are refitted."""
@@ -145,7 +145,7 @@ def hypothesis(
     """A fit with what it leaves on the measured and the held-out runs."""
     held, effective = None, np.ones(fitted.rmse.size)
     if holdout:
-        residuals = fitted.judged_on(holdout)
+        residuals = fitted.held_out_errors(holdout)
         held, effective = rms(residuals) ** 2 + reference_gain, effective_samples(residuals)
     return Hypothesis(
         tuple(added), fitted, tuple(free), fitted.rmse**2 + reference_gain, held, fitted.effective, effective
@@ -233,7 +233,9 @@ def rivals_again(hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) ->
         names = {n for spec in one.added for n in one.parameters_of(spec)}
         values = {**best.fitted.values, **{n: v for n, v in one.fitted.values.items() if n in names}}
         try:
-            fitted = best_of(one.fitted, one.fitted.effects, [(values, best.fitted.own)], one.free, one.fitted.released)
+            fitted = best_of(
+                one.fitted, one.fitted.effects, [(values, best.fitted.per_run)], one.free, one.fitted.released
+            )
         except InputError:
             return one  # these values are not allowed with its effects
         if fitted.cost >= one.fitted.cost:
@@ -259,9 +261,9 @@ def folded(one: Hypothesis) -> Hypothesis:
     for k in range(min(FOLDS, len(runs))):
         kept = [j for j in range(len(runs)) if j % FOLDS != k]
         task = replace(one.fitted.task, runs=[runs[j] for j in kept])
-        start = one.fitted.values, {name: values[kept] for name, values in one.fitted.own.items()}
+        start = one.fitted.values, {name: values[kept] for name, values in one.fitted.per_run.items()}
         fitted = best_of(
             replace(one.fitted, task=task), one.fitted.effects, [start], one.free, one.fitted.released, FOLD_STEPS
         )
-        residuals += fitted.judged_on(runs[k::FOLDS])
+        residuals += fitted.held_out_errors(runs[k::FOLDS])
     return replace(one, held=rms(residuals) ** 2, effective_held=effective_samples(residuals))

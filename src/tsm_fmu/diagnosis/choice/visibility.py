@@ -18,11 +18,12 @@ from ...effects.coordinates import ANGLE
 from ...kernels.chain_source import Attached
 from ...kernels.kernel import kernel
 from ...regression.problem import FitRun, FloatArray
+from ...regression.thinning import thinned
 from ...regression.threads import together
 from ..fits.refit import Fitted, rms
 from ..fits.response import Responses
 from ..fits.screening import least_stroke
-from ..runs.thinning import motion_channel, thinned
+from ..runs.thinning import motion_channel
 from .hypotheses import Hypothesis
 from .supported import MATERIAL
 

@@ -16,9 +16,8 @@ from ...effects import EFFECTS, effect_of, looks_like, sizes_as, sizes_of
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
-from ...regression.descent import STEPS
 from ...regression.problem import BoolArray, FloatArray
-from .refit import Fitted, Task, refit
+from .refit import STEPS, Fitted, Task, refit
 from .response import public
 from .screening import Screened, places_of_effect, screen
 
@@ -82,7 +81,7 @@ def freed(base: Fitted, free: Sequence[str]) -> Fitted:
             choices = screened[spec].starts
             if choices and not sizes_as(effect_of(spec), "per run"):
                 values |= choices[min(number, len(choices) - 1)]
-        starts.append(({**base.values, **values}, base.own))
+        starts.append(({**base.values, **values}, base.per_run))
     found = best_of(base, [*base.effects, *free], starts, free)
     return tied(found, free)
 
@@ -101,13 +100,13 @@ def tied(fitted: Fitted, free: Sequence[str]) -> Fitted:
     length = sum(r.targets.shape[0] for r in fitted.problem.runs) / fitted.effective
     each = dict(zip(fitted.problem.channels, weights * np.sqrt(length) / (SMALL * fitted.spread), strict=True))
     task = replace(fitted.task, zeros={name: float(each[name.partition(".")[0]]) for name in names})
-    return best_of(replace(fitted, task=task), fitted.effects, [(fitted.values, fitted.own)], free)
+    return best_of(replace(fitted, task=task), fitted.effects, [(fitted.values, fitted.per_run)], free)
 
 
 def untied(fitted: Fitted, free: Sequence[str]) -> Fitted:
     """A refit in which each run has the zero that fits it."""
     loose = replace(fitted, task=replace(fitted.task, zeros={}))
-    return best_of(loose, fitted.effects, [(fitted.values, fitted.own)], free, fitted.released)
+    return best_of(loose, fitted.effects, [(fitted.values, fitted.per_run)], free, fitted.released)
 
 
 def extended(
@@ -132,9 +131,11 @@ def extended(
     base = replace(base, task=base.task.limited(screened.limits))
     effects = base.effects if spec in base.effects else (*base.effects, spec)
     shapes = screened.starts[: starts - 1 if plain else starts] or [{}]
-    places = [({**base.values, **values}, base.own) for values in shapes]
+    places = [({**base.values, **values}, base.per_run) for values in shapes]
     if plain is not None and plain.values:
-        places.append(({**base.values, **relaxed(base, free), **plain.fitted.values, **plain.values}, plain.fitted.own))
+        places.append(
+            ({**base.values, **relaxed(base, free), **plain.fitted.values, **plain.values}, plain.fitted.per_run)
+        )
     released = (*base.released, *([spec] if spec in base.effects else []))
     return best_of(base, effects, places, free, released, steps)
 
@@ -162,7 +163,7 @@ def without(fitted: Fitted, spec: str, free: Sequence[str], as_given: bool = Fal
     """
     effects = [e for e in fitted.effects if e != spec]
     given = {n: fitted.task.values[n] for n in fitted.values if n in fitted.task.values} if as_given else {}
-    start = {**fitted.values, **given}, {} if as_given else fitted.own
+    start = {**fitted.values, **given}, {} if as_given else fitted.per_run
     return best_of(fitted, effects, [start], free, released=[e for e in fitted.released if e != spec])
 
 
@@ -192,7 +193,7 @@ def best_of(
     first = FIRST if len(starts) > 1 else steps
     for values, own in starts:
         try:
-            found.append(refit(base.task, effects, values, own=own, steps=first, **asked))
+            found.append(refit(base.task, effects, values, per_run_values=own, steps=first, **asked))
         except InputError:
             continue  # the values of the linear step are not allowed in the chain
     if not found:
@@ -201,7 +202,7 @@ def best_of(
     best = min(found, key=lambda f: f.cost)
     if len(starts) == 1:
         return best
-    return refit(base.task, effects, best.values, own=best.own, steps=steps, **asked)
+    return refit(base.task, effects, best.values, per_run_values=best.per_run, steps=steps, **asked)
 
 
 def offsets(

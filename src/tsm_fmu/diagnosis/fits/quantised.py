@@ -12,7 +12,7 @@ from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ...logs.quantisation import quantisation_step
 from ...regression.problem import FitRun, FloatArray, Problem
-from ...regression.specification import fit_parameters
+from ...regression.specification import search_space
 from ..choice.supported import MATERIAL
 from .refit import Fitted
 
@@ -81,10 +81,8 @@ def with_levels(fitted: Fitted, levels: Sequence[Levels]) -> Fitted:
     for one in levels:
         prefix = attach(base, one.spec).prefix.replace("__", ".")
         values |= {f"{prefix}q": one.q, f"{prefix}y_0": one.y_0}
-    parameters = fit_parameters(made, fitted.task.preset, values)
-    for name, p in parameters.items():
-        p.vary = name in old.parameters and old.parameters[name].vary
-    problem = Problem(made, old.runs, old.channels, parameters, old.per_run, old.weights)
+    space = search_space(made, fitted.task.preset, values, per_run=old.per_run).freeing_only(old.space.free)
+    problem = Problem(made, old.runs, old.channels, space, old.weights, old.pooling)
     table = problem.start()
     for j, name in enumerate(old.fields):
         table[:, problem.fields.index(name)] = fitted.table[:, j]

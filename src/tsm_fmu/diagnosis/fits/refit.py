@@ -8,16 +8,18 @@ from functools import cached_property
 
 import numpy as np
 
-from ...identification.fit import SETTLING
 from ...kernels.chain import attach, chain
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError, flat
-from ...regression.descent import STEPS, cost, descended
+from ...regression.descent import Descent
+from ...regression.held_out import held_out_errors
 from ...regression.problem import FitRun, FloatArray, Problem
-from ...regression.specification import fit_parameters, per_run_fields
-from ...regression.structure import sensitivity_scales
+from ...regression.sensitivity import sensitivity_scales
+from ...regression.specification import per_run_fields, search_space
 from ...regression.uncertainty import autocorrelation_time
 
+STEPS = 15
+"""Steps of one refit at most."""
 REMEMBERED = 0.05
 """Part of what a state at the start does in all of a run that it must do where the run is compared, to be fitted."""
 
@@ -53,12 +55,12 @@ class Fitted:
     @cached_property
     def cost(self) -> float:
         """Weighted sum of squares."""
-        return cost(self.problem, self.table, self.task.zeros)
+        return self.problem.cost(self.table)
 
     @property
-    def own(self) -> dict[str, FloatArray]:
-        """By public name, what each run has of its own."""
-        columns = {self.problem.declared[f].name: self.problem.fields.index(f) for f in self.problem.own}
+    def per_run(self) -> dict[str, FloatArray]:
+        """By public name, the values of each run's own parameters, shape (runs,)."""
+        columns = {self.problem.declared[f].name: self.problem.fields.index(f) for f in self.problem.per_run}
         return {name: self.table[:, j].copy() for name, j in columns.items()}
 
     @cached_property
@@ -86,42 +88,13 @@ class Fitted:
         """Parameters by public name, the mean over the runs where each has its own."""
         names = [self.problem.declared[f].name for f in self.problem.fields]
         row = self.table[0].copy()  # the mean of equal values may round over their bound
-        columns = [self.problem.fields.index(f) for f in self.problem.own]
+        columns = [self.problem.fields.index(f) for f in self.problem.per_run]
         row[columns] = self.table[:, columns].mean(axis=0)
         return dict(zip(names, row.tolist(), strict=True))
 
-    def settled(self, run: FitRun) -> FloatArray:
-        """Values for a run that was not fitted: the shared ones, and its own from its first seconds.
-
-        An offset that is a nuisance freedom, and not the model's, is the mean of those fitted.
-
-        Raises
-        ------
-        InputError
-            A run too short to leave anything to score.
-        """
-        early = run.time < run.time[0] + SETTLING
-        if early.all() or early.sum() < 2:
-            raise InputError(
-                f"held-out run {run.name} of {np.ptp(run.time):g} s -- expected more than the {SETTLING:g} s that give "
-                "its initial state and are not scored -- give a longer one"
-            )
-        parameters = self.problem.parameters.copy()
-        own = _own(self.problem.kernel, self.task)
-        for j, name in enumerate(self.problem.fields):
-            parameters[name].vary = parameters[name].vary and name in own
-            parameters[name].value = float(self.table[:, j].mean())
-        start = replace(run, time=run.time[early], inputs=run.inputs[early], targets=run.targets[early])
-        single = replace(self.problem, runs=[start], parameters=parameters, per_run=own)
-        return descended(single, single.start())[0]
-
-    def judged_on(self, runs: Sequence[FitRun]) -> list[FloatArray]:
-        """Residuals on runs that were not fitted, from `SETTLING` on."""
-        found = []
-        for run in runs:
-            simulated = replace(self.problem, runs=[run]).outputs(0, self.settled(run))
-            found.append((run.targets - simulated)[run.time >= run.time[0] + SETTLING])
-        return found
+    def held_out_errors(self, runs: Sequence[FitRun]) -> list[FloatArray]:
+        """Residuals on runs that were not fitted; a nuisance offset there is the mean of those fitted."""
+        return held_out_errors(self.problem, self.table, runs, _per_run(self.problem.kernel, self.task))
 
     def at(self, runs: Sequence[FitRun]) -> Fitted:
         """The same values on the same runs at another sampling."""
@@ -130,7 +103,7 @@ class Fitted:
     def has(self, effect: str) -> bool:
         """Whether the model's own law holds an effect, by parameters that were free to fit it."""
         fields = kernel(self.model).roles.has.get(effect, ())
-        return bool(fields) and all(self.problem.parameters[f].vary for f in fields)
+        return bool(fields) and all(self.problem.space[f].free for f in fields)
 
     def share_of(self, spec: str) -> FloatArray:
         """RMS of what an effect does, by channel, as part of the channel's spread; nothing is refitted."""
@@ -218,8 +191,9 @@ class Task:
 
 
 def refit(
-    task: Task, effects: Sequence[str], values: Mapping[str, float], *, own: Mapping[str, FloatArray] | None = None,
-    held: Sequence[str] = (), per_run: Sequence[str] = (), steps: int = STEPS, released: Sequence[str] = (),
+    task: Task, effects: Sequence[str], values: Mapping[str, float], *,
+    per_run_values: Mapping[str, FloatArray] | None = None, held: Sequence[str] = (), per_run: Sequence[str] = (),
+    steps: int = STEPS, released: Sequence[str] = (),
 ) -> Fitted:  # fmt: skip
     """Fit a model with effects from given values; the result is never worse than the start.
 
@@ -229,8 +203,8 @@ def refit(
     effects : sequence of str
     values : mapping of str to float
         Start values by public name, over those of the task; those that the chain does not have are left out.
-    own : mapping of str to ndarray, shape (runs,), optional
-        Start values, by public name, of what each run has of its own.
+    per_run_values : mapping of str to ndarray, shape (runs,), optional
+        Start values, by public name, of each run's own parameters.
     held : sequence of str
         Public names that keep their start value, besides those of the task.
     per_run : sequence of str
@@ -244,36 +218,37 @@ def refit(
     known = {v.name for v in kernel.parameters}
     fixed = [name for name in (*task.fixed, *held) if name in known]
     start_values = {n: v for n, v in {**task.values, **values}.items() if n in known}
-    parameters = fit_parameters(kernel, task.preset, start_values, fixed)
+    offsets = [name for name in per_run if name in known]
+    space = search_space(kernel, task.preset, start_values, fixed, per_run=per_run_fields(kernel, offsets=offsets))
     for v in kernel.parameters:
         if v.name in task.limits:
-            p, (low, high) = parameters[v.field], task.limits[v.name]
-            p.set(value=min(max(p.value, low), high), min=max(p.min, low), max=min(p.max, high))
-    offsets = [name for name in per_run if name in known]
-    problem = Problem(kernel, list(task.runs), task.channels, parameters, per_run_fields(kernel, offsets=offsets))
-    if task.weights.size:
-        problem = problem.reweighted(task.weights)
+            space = space.with_parameter(v.field, space[v.field].within(*task.limits[v.name]))
+    pooling = {v.field: task.zeros[v.name] for v in kernel.parameters if v.name in task.zeros}
+    problem = Problem(kernel, list(task.runs), task.channels, space, task.weights, pooling)
     start = problem.start()
-    for name, values_ in (own or {}).items():
+    for name, values_ in (per_run_values or {}).items():
         if name in known:
             start[:, [problem.declared[f].name for f in problem.fields].index(name)] = values_
     sensitivities = sensitivity_scales(problem.starting_at(start))
-    _hold_what_does_nothing(problem, sensitivities)
-    _hold_what_is_forgotten(problem, start)
-    problem = replace(problem)  # without the lists of free parameters from before
-    table = descended(problem, start, steps, sensitivities, task.zeros)
+    problem = problem.over(problem.space.fixing(_idle(problem, sensitivities)))
+    if not problem.space.free:
+        raise InputError(
+            f"no free parameter of {kernel.name} acts on {', '.join(problem.channels)} in these runs -- "
+            "expected at least one -- give runs that move"
+        )
+    problem = problem.over(problem.space.fixing(_forgotten(problem, start)))
+    table = _descent(steps).refined(problem, start, sensitivities)
     return Fitted(task, tuple(effects), problem, table, tuple(released))
 
 
 def as_given(task: Task, effects: Sequence[str]) -> Fitted:
     """The model with the values given, nothing fitted but what each run has of its own (offset, initial state)."""
     kernel, runs = task.kernel(effects), task.runs
-    own = _own(kernel, task)
+    per_run = _per_run(kernel, task)
     known = {v.name for v in kernel.parameters}
-    parameters = fit_parameters(kernel, task.preset, {n: v for n, v in task.values.items() if n in known})
-    for v in kernel.parameters:
-        parameters[v.field].vary = v.field in own
-    problem = Problem(kernel, list(runs), task.channels, parameters, own)
+    values = {n: v for n, v in task.values.items() if n in known}
+    space = search_space(kernel, task.preset, values, per_run=per_run).freeing_only(per_run)
+    problem = Problem(kernel, list(runs), task.channels, space)
     start = problem.start()
     for run, simulated in zip(runs, problem.outputs_of_all(start), strict=True):
         if not np.isfinite(simulated).all():
@@ -281,23 +256,27 @@ def as_given(task: Task, effects: Sequence[str]) -> Fitted:
                 f"{task.model} gives no finite output on run {run.name} at the given values -- expected values "
                 "from which it can run -- choose others with --set"
             )
-    _hold_what_is_forgotten(problem, start)
-    problem = replace(problem)  # without the lists of free parameters from before
-    return Fitted(task, tuple(effects), problem, descended(problem, start) if problem.own else start)
+    problem = problem.over(problem.space.fixing(_forgotten(problem, start)))
+    return Fitted(task, tuple(effects), problem, _descent(STEPS).refined(problem, start))
 
 
-def _own(kernel: Kernel, task: Task) -> tuple[str, ...]:
+def _descent(steps: int) -> Descent:
+    """A refit ends when a step changes the sum of squares by 1e-4: gaps are compared to a hundredth."""
+    return Descent(1e-4, 1e-6, 1e-8, steps, 1e-5)
+
+
+def _per_run(kernel: Kernel, task: Task) -> tuple[str, ...]:
     """Fields of offsets and initial states that each run has of its own, but for those that are to stay."""
     fixed = {v.field for v in kernel.parameters if v.name in task.fixed}
     return tuple(f for f in per_run_fields(kernel) if f not in fixed)
 
 
-def _hold_what_is_forgotten(problem: Problem, start: FloatArray) -> None:
-    """States at the start that what is compared hardly remembers would wander."""
+def _forgotten(problem: Problem, start: FloatArray) -> list[str]:
+    """States at the start that what is compared hardly remembers: fitted, they would wander."""
     if not any(run.lead_time.size for run in problem.runs):
-        return  # all of each run is compared
-    initial = problem.kernel.roles.initial
-    for name in [f for f in problem.own if problem.declared[f].name in initial]:
+        return []  # all of each run is compared
+    initial, found = problem.kernel.roles.initial, []
+    for name in [f for f in problem.per_run if problem.declared[f].name in initial]:
         there, all_ = 0.0, 0.0
         for k, run in enumerate(problem.runs):
             row = start[k].copy()
@@ -305,15 +284,10 @@ def _hold_what_is_forgotten(problem: Problem, start: FloatArray) -> None:
             change = np.nan_to_num(problem.played(k, row) - problem.played(k, start[k]))[:, problem.columns] ** 2
             there, all_ = there + float(change[run.lead_time.size :].sum()), all_ + float(change.sum())
         if there < REMEMBERED**2 * all_:
-            problem.parameters[name].vary = False
+            found.append(name)
+    return found
 
 
-def _hold_what_does_nothing(problem: Problem, sensitivities: Mapping[str, float]) -> None:
-    for name, scale in sensitivities.items():
-        if not np.isfinite(scale) and name not in problem.per_run:
-            problem.parameters[name].vary = False
-    if not any(p.vary for p in problem.parameters.values()):
-        raise InputError(
-            f"no free parameter of {problem.kernel.name} acts on {', '.join(problem.channels)} in these runs -- "
-            "expected at least one -- give runs that move"
-        )
+def _idle(problem: Problem, sensitivities: Mapping[str, float]) -> list[str]:
+    """Shared parameters that do nothing in these runs."""
+    return [name for name in problem.shared if not np.isfinite(sensitivities[name])]

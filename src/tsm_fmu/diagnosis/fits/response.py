@@ -17,6 +17,7 @@ from ...kernels.chain_source import Attached
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError
 from ...regression.problem import FloatArray
+from ...regression.sensitivity import output_jacobian
 from ..runs.motion_signals import Coordinates, coordinates_of
 from .refit import Fitted
 
@@ -64,7 +65,7 @@ class Responses:
         self.signals = places_of(fitted)
         self.extent = _Extent(shaped_by or self.signals)
         self.full = [self.problem.every_output(k, row) for k, row in enumerate(fitted.table)]
-        columns = jacobian(fitted, 1.0 / weights)
+        columns = normalised(output_jacobian(fitted.problem, fitted.table, weights))
         u, singular, _ = np.linalg.svd(columns, full_matrices=False)
         self.basis = u[:, singular > 1e-9 * singular[0]] if singular.size else u
 
@@ -205,38 +206,15 @@ class _Extent:
         return lo / WIDER, hi * WIDER
 
 
-def jacobian(fitted: Fitted, sigma: FloatArray) -> FloatArray:
-    """Sensitivities of all channels to the free parameters, scaled by 1/sigma, one column each."""
-    problem, columns = fitted.problem, []
-    still = problem.outputs_of_all(fitted.table)
-    for field in problem.shared:
-        j = problem.fields.index(field)
-        h = 1e-4 * max(abs(fitted.table[0, j]), 1e-3)
-        if fitted.table[0, j] + h > problem.parameters[field].max:
-            h = -h
-        parts = [((moved - y) / h / sigma).ravel() for moved, y in zip(_moved(fitted, j, h), still, strict=True)]
-        columns.append(np.nan_to_num(np.concatenate(parts)))
-    for field in problem.own:
-        j = problem.fields.index(field)
-        for k, (moved, y) in enumerate(zip(_moved(fitted, j, 1e-6), still, strict=True)):
-            parts = [np.zeros(r.targets.size) for r in problem.runs]
-            parts[k] = ((moved - y) / 1e-6 / sigma).ravel()
-            columns.append(np.nan_to_num(np.concatenate(parts)))
-    rows = sum(r.targets.size for r in problem.runs)
-    matrix = np.column_stack(columns) if columns else np.zeros((rows, 0))
-    norms = np.linalg.norm(matrix, axis=0)
-    return matrix[:, norms > 0.0] / norms[norms > 0.0]
+def normalised(columns: FloatArray) -> FloatArray:
+    """Columns of length one; those that are zero are left out."""
+    norms = np.linalg.norm(columns, axis=0)
+    return columns[:, norms > 0.0] / norms[norms > 0.0]
 
 
 def public(attached: Attached, name: str) -> str:
     """Public name, in a chain, of an effect's parameter."""
     return attached.prefix.replace("__", ".") + name
-
-
-def _moved(fitted: Fitted, column: int, step: float) -> list[FloatArray]:
-    table = fitted.table.copy()
-    table[:, column] += step
-    return fitted.problem.outputs_of_all(table)
 
 
 def _largest(effect: Kernel, name: str) -> float:

@@ -22,8 +22,8 @@ from ...kernels.chain_source import Attached
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError
 from ...regression.problem import BoolArray, FloatArray
+from ...regression.thinning import thinned
 from ...regression.threads import together
-from ..runs.thinning import thinned
 from .refit import Fitted
 from .response import Responses, public
 

@@ -1,4 +1,4 @@
-"""Which parameters a model is linear in, found by probing it; and how strongly each one acts.
+"""Which parameters a model is linear in, found by probing it.
 
 A set of parameters is eliminated from the search (variable projection) when the outputs are affine in it.
 No model declares this: second differences of the simulated outputs, of every parameter and of every pair,
@@ -7,41 +7,18 @@ vanish or they do not.
 
 from __future__ import annotations
 
-import math
 from itertools import combinations
 
 import numpy as np
 
-from .problem import FitRun, FloatArray, Problem
+from .problem import FloatArray, Problem
+from .thinning import thinned
 
 PROBE_ROWS = 4000
 TOLERANCE = 1e-9
 """Largest second difference, relative to the first ones, that counts as rounding."""
 IDLE = 1e-6
 """A parameter that moves the outputs by less than this part shows nothing about its form: it is searched."""
-
-
-def sensitivity_scales(problem: Problem) -> dict[str, float]:
-    """Change of each free parameter that moves the channels by one standard deviation (RMS).
-
-    Infinite for a parameter without any effect on these runs.
-    """
-    table = problem.start()
-    still = problem.outputs_of_all(table)
-    scales: dict[str, float] = {}
-    for name in (*problem.shared, *problem.own):
-        j = problem.fields.index(name)
-        h = 1e-4 * max(abs(table[0, j]), 1e-3)
-        if table[0, j] + h > problem.parameters[name].max:
-            h = -h
-        shifted = table.copy()
-        shifted[:, j] += h
-        moved, count = 0.0, 0
-        for y, before in zip(problem.outputs_of_all(shifted), still, strict=True):
-            change = (y - before) * problem.weights
-            moved, count = moved + float(np.nansum(change**2)), count + change.size
-        scales[name] = abs(h) / math.sqrt(moved / count) if moved > 0.0 else math.inf
-    return scales
 
 
 def linear_parameters(problem: Problem, seed: int = 0) -> frozenset[str]:
@@ -59,15 +36,15 @@ def linear_parameters(problem: Problem, seed: int = 0) -> frozenset[str]:
         Fields of the kernel's ``Params``.
     """
     rng = np.random.default_rng(seed)
-    free = [*problem.shared, *problem.own]
+    free = problem.space.free
     run = max(range(len(problem.runs)), key=lambda k: float(np.ptp(problem.runs[k].inputs, axis=0).sum()))
-    probe = problem.with_runs([thinned(problem.runs[run], PROBE_ROWS)])
+    probe = problem.with_runs(thinned(problem.kernel, [problem.runs[run]], PROBE_ROWS))
     base = probe.start()[0]
     affine = {name: True for name in free}
     joint = {pair: True for pair in combinations(free, 2)}
     for _ in range(3):
         row = base * np.exp(rng.uniform(-0.4, 0.4, base.size))
-        row = np.where([probe.parameters[f].vary for f in probe.fields], row, base)
+        row = np.where([probe.space[f].free for f in probe.fields], row, base)
         if probe.refused(row[None]):
             row = base.copy()
         steps = {f: _step(probe, f, row, rng) for f in free}
@@ -89,16 +66,11 @@ def linear_parameters(problem: Problem, seed: int = 0) -> frozenset[str]:
     return frozenset(chosen)
 
 
-def thinned(run: FitRun, rows: int) -> FitRun:
-    """Every m-th row, about ``rows`` in all: enough where the excitation matters and the samples do not."""
-    return run.every(max(1, run.time.size // rows))
-
-
 def _step(problem: Problem, name: str, row: FloatArray, rng: np.random.Generator) -> float:
-    value, parameter = row[problem.fields.index(name)], problem.parameters[name]
+    value, parameter = row[problem.fields.index(name)], problem.space[name]
     size = float(rng.uniform(0.1, 0.3)) * (abs(value) or 1.0)
-    size = min(size, 0.4 * (parameter.max - parameter.min))
-    return -size if value + 2.0 * size > parameter.max or value < 0.0 <= value + 2.0 * size else size
+    size = min(size, 0.4 * (parameter.hi - parameter.lo))
+    return -size if value + 2.0 * size > parameter.hi or value < 0.0 <= value + 2.0 * size else size
 
 
 def _moved(problem: Problem, row: FloatArray, changes: dict[str, float]) -> FloatArray:

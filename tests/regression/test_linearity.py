@@ -8,9 +8,10 @@ from scipy.signal import lfilter
 from statsmodels.stats.sandwich_covariance import S_hac_simple
 
 from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.regression.linearity import linear_parameters
 from tsm_fmu.regression.problem import FitRun, Problem
-from tsm_fmu.regression.specification import fit_parameters, per_run_fields
-from tsm_fmu.regression.structure import linear_parameters, sensitivity_scales
+from tsm_fmu.regression.sensitivity import sensitivity_scales
+from tsm_fmu.regression.specification import per_run_fields, search_space
 from tsm_fmu.regression.uncertainty import autocorrelation_time, long_run_covariance
 
 
@@ -22,7 +23,9 @@ def excited(name: str, channels: tuple[str, ...], fixed: tuple[str, ...] = ()) -
     inputs = np.column_stack([(1.0 + 0.21 * j) * np.roll(wave, 37 * j) for j in range(len(model.inputs))])
     targets = np.column_stack([wave for _ in channels])
     run = FitRun("r", t, np.ascontiguousarray(inputs), targets)
-    return Problem(model, [run], channels, fit_parameters(model, preset or None, fixed=fixed), per_run_fields(model))
+    return Problem(
+        model, [run], channels, search_space(model, preset or None, fixed=fixed, per_run=per_run_fields(model))
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,68 @@
+"""Held-out runs: judged with the shared values of a fit; what each run has of its own comes from its first seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..models.contract import InputError
+from .descent import Descent
+from .problem import BoolArray, FitRun, FloatArray, Problem
+
+SETTLING = 2.0
+"""Seconds of a held-out run that give its per-run parameters (initial state, offset) and are not scored."""
+
+
+def is_settling(run: FitRun) -> BoolArray:
+    """Samples that are not scored."""
+    return run.time < run.time[0] + SETTLING
+
+
+def settled(problem: Problem, table: FloatArray, run: FitRun, fields: Collection[str]) -> FloatArray:
+    """Values of a fit for a run that was not fitted.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of the fit.
+    table : ndarray, shape (runs, parameters)
+        Its solution.
+    run : FitRun
+        Held out.
+    fields : collection of str
+        Per-run parameters that this run gives; every other one has the mean of its values in the table.
+
+    Returns
+    -------
+    ndarray, shape (parameters,)
+
+    Raises
+    ------
+    InputError
+        A run too short to leave anything to score.
+    """
+    early = is_settling(run)
+    if early.all() or early.sum() < 2:
+        raise InputError(
+            f"held-out run {run.name} of {np.ptp(run.time):g} s -- expected more than the {SETTLING:g} s that give its "
+            "initial state and are not scored -- give a longer one"
+        )
+    start = replace(run, time=run.time[early], inputs=run.inputs[early], targets=run.targets[early])
+    free = [f for f in problem.space.free if f in fields]
+    means = dict(zip(problem.fields, table.mean(axis=0).tolist(), strict=True))
+    space = problem.space.starting_at(means).freeing_only(free).with_per_run(free)
+    single = replace(problem, runs=[start], space=space, pooling={})
+    return Descent().refined(single, single.start())[0]
+
+
+def held_out_errors(
+    problem: Problem, table: FloatArray, runs: Sequence[FitRun], fields: Collection[str]
+) -> list[FloatArray]:
+    """Measured minus simulated channels of held-out runs, from `SETTLING` on, shape (samples, channels) each."""
+    found = []
+    for run in runs:
+        simulated = problem.with_runs([run]).outputs(0, settled(problem, table, run, fields))
+        found.append((run.targets - simulated)[~is_settling(run)])
+    return found
