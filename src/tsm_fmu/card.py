@@ -10,10 +10,12 @@ import datetime
 import math
 import os
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+import tomli_w
 
 from . import __version__
 from .kernels.kernel import Kernel, kernel
@@ -157,12 +159,11 @@ def write_card(path: str | os.PathLike[str], card: ModelCard) -> None:
     InputError
         The folder does not exist or cannot be written.
     """
-    lines: list[str] = []
-    _emit(lines, (), _plain(card))
+    text = tomli_w.dumps(_plain(card), indent=2)
     target = Path(path)
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
-        part.write_text("\n".join(lines).lstrip("\n") + "\n", encoding="utf-8")
+        part.write_text(text, encoding="utf-8")
         part.replace(target)
     except OSError as failure:
         part.unlink(missing_ok=True)
@@ -308,32 +309,3 @@ def _plain(card: ModelCard) -> dict[str, Any]:
             "records": [vars(record) for record in made.records],
         },
     }
-
-
-def _emit(lines: list[str], place: Sequence[str], table: Mapping[str, Any]) -> None:
-    """Append a table in TOML: its own keys first, then its sub-tables."""
-    nested = {key: value for key, value in table.items() if isinstance(value, Mapping)}
-    if place and len(nested) < len(table):
-        lines += ["", f"[{'.'.join(_key(part) for part in place)}]"]
-    lines += [f"{_key(key)} = {_value(value)}" for key, value in table.items() if key not in nested]
-    for key, value in nested.items():
-        _emit(lines, (*place, key), value)
-
-
-def _key(key: str) -> str:
-    return key if key and all(c.isascii() and (c.isalnum() or c in "_-") for c in key) else _value(key)
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        escaped = "".join(
-            f"\\{c}" if c in '"\\' else f"\\u{ord(c):04x}" if ord(c) < 32 or ord(c) == 127 else c for c in value
-        )
-        return f'"{escaped}"'
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items()) + " }"
-    if isinstance(value, (list, tuple)):
-        return "[" + "".join(f"\n  {_value(item)}," for item in value) + ("\n]" if value else "]")
-    return repr(value)
