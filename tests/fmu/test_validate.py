@@ -140,7 +140,7 @@ def test_verb_build(tmp_path, capsys):
     ("arguments", "message"),
     [
         (["Backlash"], "model 'Backlash' -- expected one of "),
-        (["--flavour", "native"], "--flavour native -- it is not available yet"),
+        (["--flavour", "both", "--fmi", "3"], "--flavour both with --fmi 3 -- PythonFMU writes FMI 2.0 only"),
         (["--fmi", "3"], "--flavour python with --fmi 3 -- PythonFMU writes FMI 2.0 only"),
         (["--fmi", "1"], "--fmi 1 -- expected 2 or 3"),
         (["--flavour", "rust"], "'rust'"),

@@ -9,7 +9,7 @@ import typer
 
 from ..card import read_card
 from .app import app, print_json
-from .build import Flavour, check_flavour
+from .build import FLAVOUR_HELP, Flavour, flavours, placed
 from .outputs import check_output_file
 
 
@@ -17,19 +17,25 @@ from .outputs import check_output_file
 def export(
     card: Annotated[Path, typer.Argument(metavar="CARD", help="Model card (TOML).")],
     out: Annotated[Path, typer.Option(metavar="X.fmu", help="FMU to write.")],
-    flavour: Annotated[Flavour, typer.Option(help="How the FMU runs.")] = Flavour.PYTHON,
+    flavour: Annotated[Flavour, typer.Option(help=FLAVOUR_HELP)] = Flavour.NATIVE,
     fmi: Annotated[int, typer.Option(help="FMI version, 2 or 3.")] = 2,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Make an FMU whose start values are those of a model card."""
     from ..verbs.export import export as write_fmu
 
-    check_flavour(flavour, fmi)
+    wanted = flavours(flavour, fmi)
     check_output_file(out, (".fmu",))
     model = read_card(card)
-    path = write_fmu(model, out)
+    paths = [str(write_fmu(model, placed(out, one, wanted), flavour=one, fmi=fmi)) for one in wanted]
     if as_json:
         kernel = model.kernel()
-        print_json({"fmu": str(path), "model": kernel.name, "parameters": kernel.named(model.params())})
+        print_json(
+            {
+                "fmu": paths[0] if len(paths) == 1 else paths,
+                "model": kernel.name,
+                "parameters": kernel.named(model.params()),
+            }
+        )
     else:
-        typer.echo(path)
+        typer.echo("\n".join(paths))

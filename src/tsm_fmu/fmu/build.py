@@ -10,17 +10,14 @@ from __future__ import annotations
 
 import ast
 import html
-import io
 import keyword
 import re
-import zipfile
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from importlib import import_module, resources
 from importlib.metadata import distribution
 from pathlib import Path
 from types import ModuleType
 from typing import Any
-from uuid import UUID
 from xml.etree import ElementTree
 
 from pythonfmu import __version__ as pythonfmu_version
@@ -29,7 +26,8 @@ from pythonfmu.fmi2slave import Fmi2Slave
 from ..kernels.kernel import Kernel
 from ..models.contract import InputError
 from . import slave
-from .content import GUID_MARK, TAG_MARK, guid_of, tag_of
+from .archive import named, packed
+from .content import GUID_MARK, TAG_MARK
 from .description import Flavour, interface, model_description
 from .reference import reference_files, reference_run
 
@@ -45,9 +43,19 @@ if sys.version_info < {lowest!r}:
     raise ImportError("{name} in Python %d.%d.%d -- {needs}" % sys.version_info[:3])
 """
 
+BUILT = (("native", 2), ("native", 3), ("python", 2))
+"""Flavours and versions of FMI."""
+
 
 def build_fmu(
-    kernel: Kernel, out: Path, *, name: str | None = None, start_values: Mapping[str, float] | None = None
+    kernel: Kernel,
+    out: Path,
+    *,
+    name: str | None = None,
+    start_values: Mapping[str, float] | None = None,
+    flavour: str = "python",
+    fmi: int = 2,
+    platforms: Collection[str] = (),
 ) -> Path:
     """Write the FMU of a kernel; equal content gives equal bytes.
 
@@ -61,6 +69,12 @@ def build_fmu(
         Model name and identifier; default the kernel's name.
     start_values : mapping of str to float, optional
         Start values of parameters by public name, SI: a fitted model's values. They are checked.
+    flavour : str
+        ``"native"`` (C, needs nothing of its host) or ``"python"`` (PythonFMU, FMI 2.0 only).
+    fmi : int
+        2 or 3.
+    platforms : collection of str
+        Of a native FMU, folders of its libraries: ``"linux64"``; default all.
 
     Returns
     -------
@@ -70,17 +84,27 @@ def build_fmu(
     Raises
     ------
     InputError
-        A name that is no identifier, an unknown parameter, a value out of bounds, or a file that cannot be written.
+        A flavour that is not built, a name that is no identifier, an unknown parameter, a value out of bounds, or a
+        file that cannot be written.
     """
     name = name or kernel.name
     if not re.fullmatch(r"[A-Za-z_]\w*", name, flags=re.ASCII) or keyword.iskeyword(name):
         raise InputError(
             f"FMU name {name!r} -- expected letters, digits and underscores, not beginning with a digit -- rename it"
         )
+    if (flavour, fmi) not in BUILT:
+        raise InputError(
+            f"flavour {flavour!r} with FMI {fmi} -- expected native with 2 or 3, or python with 2 -- choose one of them"
+        )
     params = kernel.params(values=start_values)
     starts = _changed(kernel, params)
     target = out if out.suffix == ".fmu" else out / f"{name}.fmu"
-    data = _archive(_named(_content(kernel, name, params, starts)))
+    if flavour == "native":
+        from .native.build import native_files  # brings a compiler along
+
+        data = packed(native_files(kernel, name, params, starts, fmi, platforms))
+    else:
+        data = packed(named(_content(kernel, name, params, starts)))
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(data)
@@ -122,9 +146,9 @@ def _content(kernel: Kernel, name: str, params: Any, starts: Mapping[str, float]
     package = f"resources/{PACKAGE}_{TAG_MARK}"
     texts = {
         "modelDescription.xml": ElementTree.tostring(xml, encoding="unicode", xml_declaration=False) + "\n",
-        "documentation/index.html": _documentation(kernel, name),
-        "documentation/licenses/license.txt": _licence("tsm-fmu"),
-        "documentation/licenses/PythonFMU.txt": _licence("pythonfmu"),
+        "documentation/index.html": documentation(kernel, name),
+        "documentation/licenses/license.txt": licence("tsm-fmu"),
+        "documentation/licenses/PythonFMU.txt": licence("pythonfmu"),
         "resources/slavemodule.txt": f"{name}_{TAG_MARK}",
         f"resources/{name}_{TAG_MARK}.py": _isolated(script_text(module_name, name, added)),
         f"{package}/__init__.py": OLD_PYTHON.format(lowest=LOWEST_PYTHON, name=name, needs=needs),
@@ -139,7 +163,7 @@ def _content(kernel: Kernel, name: str, params: Any, starts: Mapping[str, float]
         for depth in range(1, len(folders)):
             texts[f"{package}/{'/'.join(folders[:depth])}/__init__.py"] = ""
         texts[f"{package}/{'/'.join(folders)}.py"] = _isolated(text)
-    return {path: text.encode() for path, text in texts.items()} | {"model.png": _icon()} | libraries
+    return {path: text.encode() for path, text in texts.items()} | {"model.png": icon()} | libraries
 
 
 def python_flavour(needs: str) -> Flavour:
@@ -213,45 +237,19 @@ def _libraries(name: str) -> dict[str, bytes]:
     return found
 
 
-def _licence(package: str) -> str:
+def licence(package: str) -> str:
     files = distribution(package).files or []
     return next(f for f in files if f.name == "LICENSE").read_text()
 
 
-def _icon() -> bytes:
+def icon() -> bytes:
     """The picture that tools draw on the block, FMI 2.0, 2.3."""
     return resources.files(PACKAGE).joinpath("data/icon.png").read_bytes()
 
 
-def _documentation(kernel: Kernel, name: str) -> str:
+def documentation(kernel: Kernel, name: str) -> str:
     text = html.escape((kernel.module.__doc__ or "").strip())
     return (
         f'<!DOCTYPE html>\n<meta charset="utf-8">\n<title>{name}</title>\n<h1>{name}</h1>\n<pre>{text}</pre>\n'
         '<p><a href="fmi-ls-ref.html">Reference results</a></p>\n'
     )
-
-
-def _named(content: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Content with GUID and tag in the place of their marks."""
-    guid: UUID = guid_of(content)
-    names = {GUID_MARK: str(guid), TAG_MARK: tag_of(guid)}
-    result: dict[str, bytes] = {}
-    for path, data in content.items():
-        for mark, value in names.items():
-            path = path.replace(mark, value)
-            if not path.startswith("binaries/"):
-                data = data.replace(mark.encode(), value.encode())
-        result[path] = data
-    return result
-
-
-def _archive(files: Mapping[str, bytes]) -> bytes:
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-        for path in sorted(files):
-            info = zipfile.ZipInfo(path, (1980, 1, 1, 0, 0, 0))
-            info.compress_type = zipfile.ZIP_DEFLATED
-            info.create_system = 3  # the same bytes from any operating system
-            info.external_attr = (0o755 if path.startswith("binaries/") else 0o644) << 16
-            archive.writestr(info, files[path])
-    return buffer.getvalue()

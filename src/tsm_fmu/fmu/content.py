@@ -41,7 +41,14 @@ def recomputed_guid(files: Mapping[str, bytes], guid: str) -> UUID:
     tag = tag_of(UUID(guid))
     content: dict[str, bytes] = {}
     for path, data in files.items():
+        if is_native(files) and path.startswith("binaries/"):
+            continue  # compiled from the sources, with the GUID inside
         if not path.startswith("binaries/"):
             data = data.replace(guid.encode(), GUID_MARK.encode()).replace(tag.encode(), TAG_MARK.encode())
         content[path.replace(tag, TAG_MARK)] = data
     return guid_of(content)
+
+
+def is_native(files: Mapping[str, bytes]) -> bool:
+    """Tell whether an FMU's binaries were compiled from the sources beside them."""
+    return "sources/buildDescription.xml" in files

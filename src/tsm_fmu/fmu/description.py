@@ -16,12 +16,12 @@ from xml.etree.ElementTree import Element, SubElement
 from .. import __version__
 from ..kernels.kernel import Kernel
 from ..logs.units import unit_to_si
-from ..models.contract import DefaultExperiment, Variable
+from ..models.contract import DefaultExperiment, Variable, sizes, variables
 
 FIXED_DATE = "1980-01-01T00:00:00Z"
 """Date of generation and of every file in the archive: equal content gives equal bytes."""
 
-_FMI2_BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,8 @@ class Interface:
         Inputs that an output depends on, by name; an output that is not in it depends on all.
     experiment : DefaultExperiment
         Stop time and step that suit the model.
+    arrays : mapping of str to (str, int)
+        Name and length of each array by the name of its first item: FMI 3.0 has them as one variable.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Interface:
     entries: tuple[Entry, ...]
     depends: Mapping[str, tuple[str, ...]]
     experiment: DefaultExperiment
+    arrays: Mapping[str, tuple[str, int]]
 
     def positions(self, *causalities: str) -> list[int]:
         """FMI indices, from 1, of the variables with these causalities."""
@@ -77,12 +80,15 @@ class Flavour:
         Attributes of ``CoSimulation``.
     log_categories : mapping of str to str
         Meaning by name.
+    sources : tuple of str
+        C files in ``sources/`` to compile.
     """
 
     tool: str
     needs: str
     capabilities: Mapping[str, str]
     log_categories: Mapping[str, str]
+    sources: tuple[str, ...] = ()
 
 
 def interface(
@@ -111,7 +117,18 @@ def interface(
     entries += [Entry(v, "input", v.start, nominals.get(v.name)) for v in kernel.inputs]
     entries += [Entry(v, "output", None, nominals.get(v.name)) for v in kernel.outputs]
     summary = (kernel.module.__doc__ or kernel.name).strip().splitlines()[0].rstrip(".")
-    return Interface(name, summary, tuple(entries), kernel.roles.depends, kernel.roles.experiment)
+    arrays = {k: v for fields in (kernel.module.Params, kernel.module.Inputs, kernel.module.Outputs)
+              for k, v in _arrays(fields).items()}  # fmt: skip
+    return Interface(name, summary, tuple(entries), kernel.roles.depends, kernel.roles.experiment, arrays)
+
+
+def _arrays(fields: Any) -> dict[str, tuple[str, int]]:
+    found, listed, at = {}, variables(fields), 0
+    for field, size in zip(fields._fields, sizes(fields), strict=True):
+        if size:
+            found[listed[at].name] = (field.rstrip("_").replace("__", "."), size)
+        at += size or 1
+    return found
 
 
 def decade(magnitude: float) -> float | None:
@@ -119,8 +136,12 @@ def decade(magnitude: float) -> float | None:
     return 10.0 ** round(math.log10(abs(magnitude))) if magnitude else None
 
 
-def model_description(fmu: Interface, guid: str, flavour: Flavour) -> Element:
-    """Complete ``fmiModelDescription``."""
+def model_description(fmu: Interface, guid: str, flavour: Flavour, fmi: int = 2) -> Element:
+    """Complete ``fmiModelDescription`` of FMI 2.0 or 3.0."""
+    if fmi == 3:
+        from .description3 import model_description as of_fmi3
+
+        return of_fmi3(fmu, guid, flavour)
     root = Element(
         "fmiModelDescription",
         fmiVersion="2.0",
@@ -135,8 +156,12 @@ def model_description(fmu: Interface, guid: str, flavour: Flavour) -> Element:
         generationDateAndTime=FIXED_DATE,
         variableNamingConvention="structured",
     )
-    SubElement(root, "CoSimulation", {"modelIdentifier": fmu.name, **flavour.capabilities})
-    _add_units(SubElement(root, "UnitDefinitions"), fmu.entries)
+    simulation = SubElement(root, "CoSimulation", {"modelIdentifier": fmu.name, **flavour.capabilities})
+    if flavour.sources:
+        files = SubElement(simulation, "SourceFiles")
+        for file in flavour.sources:
+            SubElement(files, "File", name=file)
+    add_units(SubElement(root, "UnitDefinitions"), fmu.entries)
     _add_types(root, fmu.entries)
     categories = SubElement(root, "LogCategories")
     for category, meaning in flavour.log_categories.items():
@@ -166,7 +191,7 @@ def _add_variable(parent: Element, entry: Entry, reference: int) -> None:
     bounds = {"min": quantity.lo, "max": quantity.hi, "start": entry.start}
     numbers = {k: number_text(variable.kind, x) for k, x in bounds.items() if x is not None and math.isfinite(x)}
     if quantity.choices:
-        SubElement(node, "Enumeration", {"declaredType": _choice_type(variable), **numbers})
+        SubElement(node, "Enumeration", {"declaredType": choice_type(variable), **numbers})
         return
     if variable.kind is int:
         SubElement(node, "Integer", numbers)
@@ -184,7 +209,7 @@ def number_text(kind: type, number: Any) -> str:
     return str(int(number)) if kind is int else repr(float(number))
 
 
-def _choice_type(variable: Variable) -> str:
+def choice_type(variable: Variable) -> str:
     return f"{variable.name.replace('.', '_')}_choice"  # not the name of any variable
 
 
@@ -195,13 +220,13 @@ def _add_types(root: Element, entries: Iterable[Entry]) -> None:
     parent = SubElement(root, "TypeDefinitions")
     for variable in chosen:
         quantity = variable.quantity
-        node = SubElement(parent, "SimpleType", name=_choice_type(variable), description=quantity.meaning)
+        node = SubElement(parent, "SimpleType", name=choice_type(variable), description=quantity.meaning)
         items = SubElement(node, "Enumeration")
         for value, choice in enumerate(quantity.choices, start=int(quantity.lo)):
             SubElement(items, "Item", name=choice, value=str(value))
 
 
-def _add_units(parent: Element, entries: Iterable[Entry]) -> None:
+def add_units(parent: Element, entries: Iterable[Entry]) -> None:
     displays: dict[str, set[str]] = {}
     for entry in entries:
         if entry.variable.kind is float:
@@ -210,7 +235,7 @@ def _add_units(parent: Element, entries: Iterable[Entry]) -> None:
     for unit in sorted(displays):
         node = SubElement(parent, "Unit", name=unit)
         exponents = {symbol: power for symbol, power in unit_to_si(unit).base if power}
-        SubElement(node, "BaseUnit", {s: str(int(exponents[s])) for s in _FMI2_BASE_UNITS if s in exponents})
+        SubElement(node, "BaseUnit", {s: str(int(exponents[s])) for s in BASE_UNITS if s in exponents})
         for display in sorted(displays[unit]):
             factor = unit_to_si(unit).factor / unit_to_si(display).factor
             SubElement(node, "DisplayUnit", name=display, factor=repr(factor))
@@ -218,7 +243,7 @@ def _add_units(parent: Element, entries: Iterable[Entry]) -> None:
 
 def _add_structure(parent: Element, fmu: Interface) -> None:
     inputs, parameters = fmu.positions("input"), fmu.positions("parameter")
-    needed = {p: _needed(fmu, fmu.entries[p - 1], inputs) for p in fmu.positions("output")}
+    needed = {p: needed_inputs(fmu, fmu.entries[p - 1], inputs) for p in fmu.positions("output")}
     outputs = SubElement(parent, "Outputs")
     for position, depends in needed.items():
         SubElement(outputs, "Unknown", index=str(position), dependencies=" ".join(map(str, depends)))
@@ -228,7 +253,7 @@ def _add_structure(parent: Element, fmu: Interface) -> None:
         SubElement(initial, "Unknown", index=str(position), dependencies=" ".join(map(str, at_start)))
 
 
-def _needed(fmu: Interface, output: Entry, inputs: list[int]) -> list[int]:
+def needed_inputs(fmu: Interface, output: Entry, inputs: list[int]) -> list[int]:
     if output.variable.name not in fmu.depends:
         return inputs
     return [p for p in inputs if fmu.entries[p - 1].variable.name in fmu.depends[output.variable.name]]

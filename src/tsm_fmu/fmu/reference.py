@@ -63,12 +63,15 @@ class Reference:
         return {name: float(column.max()) for name, column in zip(names, columns, strict=True)}
 
 
-def reference_files(fmu: Interface, reference: Reference) -> dict[str, str]:
-    """Files of the reference by archive path, for an FMU with this name and variable table."""
+def reference_files(fmu: Interface, reference: Reference, arrays: bool = False) -> dict[str, str]:
+    """Files of the reference by archive path, for an FMU with this name and variable table.
+
+    Where its arrays are one variable each (``arrays``), they are not in the parameter set: SSP 1.0 has none.
+    """
     kernel, inputs, results = reference.kernel, reference.inputs, reference.results
     parameters, given, expected = "parameters.ssv", f"{fmu.name}_in.csv", f"{fmu.name}_out.csv"
     texts = {
-        parameters: _text(_parameter_set(fmu)),
+        parameters: _text(_parameter_set(fmu, arrays)),
         expected: _csv([v.name for v in kernel.outputs], _result_rows(kernel, results)),
     }
     if kernel.inputs:
@@ -136,14 +139,15 @@ def _csv(names: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _parameter_set(fmu: Interface) -> Element:
+def _parameter_set(fmu: Interface, arrays: bool) -> Element:
     root = Element(
         "ssv:ParameterSet",
         {"xmlns:ssv": f"{_SSP}ParameterValues", "xmlns:ssc": f"{_SSP}Common", "version": "1.0", "name": "start values"},
     )
     listed = SubElement(root, "ssv:Parameters")
+    items = {f"{name}_{n + 1}" for name, size in fmu.arrays.values() for n in range(size)} if arrays else set()
     for entry in fmu.entries:
-        if entry.causality == "parameter":
+        if entry.causality == "parameter" and entry.variable.name not in items:
             node = SubElement(listed, "ssv:Parameter", name=entry.variable.name)
             kind = entry.variable.kind
             SubElement(node, "ssv:Integer" if kind is int else "ssv:Real", value=number_text(kind, entry.start))

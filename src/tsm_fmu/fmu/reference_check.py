@@ -6,7 +6,7 @@ Whether the FMU reproduces them is for a replay to say; this reads files only.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -59,7 +59,7 @@ def _check(experiment: Element, description: Element, files: Mapping[str, bytes]
     stop, step = (_finite(experiment.get(name), f"{name} of an experiment") for name in ("stopTime", "stepSize"))
     rows = {}
     for element, causality in (("Stimuli", "input"), ("References", "output")):
-        names = [v.get("name", "") for v in description.iter("ScalarVariable") if v.get("causality") == causality]
+        names = [v.get("name", "") for v in _variables(description) if v.get("causality") == causality]
         node = experiment.find(element)
         if node is None:
             if names:
@@ -91,9 +91,10 @@ def _times(path: str, columns: list[str], files: Mapping[str, bytes]) -> list[fl
 def _check_parameters(experiment: Element, description: Element, files: Mapping[str, bytes]) -> None:
     starts = {
         v.get("name"): value.get("start")
-        for v in description.iter("ScalarVariable")
-        if v.get("causality") == "parameter"
-        for value in v
+        for v in _variables(description)
+        if v.get("causality") == "parameter" and v.find("Dimension") is None
+        for value in (v, *v)  # FMI 2.0 has the start value in an element inside
+        if value.get("start") is not None
     }
     node = experiment.find("Parameters")
     path = f"{FOLDER}/{'' if node is None else node.get('source')}"
@@ -105,6 +106,11 @@ def _check_parameters(experiment: Element, description: Element, files: Mapping[
     wrong = sorted(str(name) for name in starts.keys() | given.keys() if starts.get(name) != given.get(name))
     if wrong:
         raise _Broken(f"{path} differs in {', '.join(wrong)} -- expected the FMU's start values -- {AGAIN}")
+
+
+def _variables(description: Element) -> Iterable[Element]:
+    listed = description.find("ModelVariables")
+    return () if listed is None else listed
 
 
 def _finite(text: str | None, what: str) -> float:

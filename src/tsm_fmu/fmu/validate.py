@@ -14,7 +14,7 @@ from fmpy.validation import validate_fmu as fmpy_validation
 
 from ..cosim.unpack import opened
 from ..models.contract import InputError
-from .content import recomputed_guid, tag_of
+from .content import is_native, recomputed_guid, tag_of
 from .reference_check import reference_problems
 
 DESCRIPTION = "modelDescription.xml"
@@ -150,7 +150,7 @@ def _binary_problems(root: ElementTree.Element, files: Mapping[str, bytes]) -> l
 
 
 def _identity_problems(root: ElementTree.Element, files: Mapping[str, bytes]) -> list[str]:
-    guid = root.get("guid", "")
+    guid = root.get("guid", root.get("instantiationToken", ""))
     try:
         tag = tag_of(UUID(guid))
         expected = recomputed_guid(files, guid)
@@ -162,6 +162,12 @@ def _identity_problems(root: ElementTree.Element, files: Mapping[str, bytes]) ->
             f"guid {guid} does not belong to the content, which calls for {expected} -- the FMU was changed after "
             "its build, or only in part replaced -- build it again"
         )
+    libraries = [f for f in files if is_native(files) and f.startswith("binaries/")]
+    problems += [
+        f"{library} is not of this build, its GUID is another -- expected {guid} -- build it again"
+        for library in libraries
+        if guid.encode() not in files[library]
+    ]
     module = files.get("resources/slavemodule.txt", b"").decode(errors="replace").strip()
     if module and (f"resources/{module}.py" not in files or not module.endswith(tag)):
         problems.append(f"slavemodule.txt names {module!r} -- expected the script of build {tag} -- build it again")

@@ -57,6 +57,7 @@ __all__ = [
     "Quantity",
     "Roles",
     "Variable",
+    "bounds_in_words",
     "check_bounds",
     "check_conditions",
     "conditions_of",
@@ -408,7 +409,7 @@ def check_bounds(declared: tuple[Variable, ...], values: Any) -> None:
         if not (math.isfinite(value) and above and below):
             raise InputError(
                 f"parameter {variable.name} = {with_unit(repr(value), quantity.unit)} ({quantity.meaning}) -- expected "
-                f"{_interval(quantity)} -- choose a value inside"
+                f"{bounds_in_words(quantity)} -- choose a value inside"
             )
 
 
@@ -417,7 +418,8 @@ def with_unit(number: str, unit: str) -> str:
     return number if unit == "1" else f"{number} {unit}"
 
 
-def _interval(quantity: Quantity) -> str:
+def bounds_in_words(quantity: Quantity) -> str:
+    """What is expected of a value with these bounds."""
     if quantity.choices:
         return " or ".join(f"{n} ({name})" for n, name in enumerate(quantity.choices, start=int(quantity.lo)))
     if math.isinf(quantity.lo) and math.isinf(quantity.hi):

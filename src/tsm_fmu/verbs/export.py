@@ -9,7 +9,7 @@ from ..fmu.build import build_fmu
 from .models import ModelLike, chosen_model
 
 
-def export(model: ModelLike, path: str | os.PathLike[str]) -> Path:
+def export(model: ModelLike, path: str | os.PathLike[str], *, flavour: str = "native", fmi: int = 2) -> Path:
     """Make an FMU whose start values are those of a fitted model.
 
     Parameters
@@ -18,6 +18,10 @@ def export(model: ModelLike, path: str | os.PathLike[str]) -> Path:
         A model card or what has one; a bare model gives its defaults.
     path : str or Path
         The ``.fmu`` file.
+    flavour : str
+        ``"native"``: C, which needs nothing of its host; ``"python"``: PythonFMU, which needs Python there.
+    fmi : int
+        2 or 3; the Python flavour has 2 only.
 
     Returns
     -------
@@ -27,7 +31,10 @@ def export(model: ModelLike, path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     InputError
-        A card that cannot be read, a value out of bounds, or a file that cannot be written.
+        An unknown flavour or version, a card that cannot be read, a value out of bounds, or a file that cannot be
+        written.
     """
     chosen = chosen_model(model)
-    return build_fmu(chosen.kernel, Path(path), start_values=chosen.kernel.named(chosen.params()))
+    return build_fmu(
+        chosen.kernel, Path(path), start_values=chosen.kernel.named(chosen.params()), flavour=flavour, fmi=fmi
+    )

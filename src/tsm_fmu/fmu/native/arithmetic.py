@@ -20,7 +20,7 @@ _DUAL = {"+": "dual_add", "-": "dual_sub", "*": "dual_mul"}
 
 FAILING = ("acos", "asin", "atanh", "cos", "cosh", "exp", "expm1", "log", "log1p", "pow", "sin", "sinh", "sqrt", "tan")
 """Functions of `math` that raise outside their domain or range."""
-SAFE = ("asinh", "atan", "atan2", "copysign", "tanh")
+SAFE = ("asinh", "atan", "atan2", "copysign", "degrees", "radians", "tanh")
 """Functions of `math` that take any number."""
 
 RETURN_NOTHING = "return @nothing@;"

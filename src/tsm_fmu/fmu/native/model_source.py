@@ -8,6 +8,7 @@ from functools import cache
 from typing import Any
 
 from ...kernels.kernel import Kernel
+from .conditions import CHECK, WARNINGS, Conditions
 from .text import INDENT, wrapped
 from .types import FLOAT, INT, Array, Record, c_variable
 from .unit import MAIN, Unit, units
@@ -60,6 +61,9 @@ def _header(kernel: Kernel, unit: Unit) -> Iterable[str]:
     yield from wrapped(f"{START};")
     yield "/* State and outputs after a step of dt seconds, over which the inputs hold. */"
     yield from wrapped(f"{STEP};")
+    yield "/* Joint conditions of the parameters: a fault where one is not met; a text for each that only warns. */"
+    yield from wrapped(f"{CHECK};")
+    yield from wrapped(f"{WARNINGS};")
     yield "/* Change of state and outputs along a change of parameters, state and inputs: forward differentiation. */"
     yield from wrapped(f"{START_DERIVATIVE};")
     yield from wrapped(f"{STEP_DERIVATIVE};")
@@ -67,6 +71,7 @@ def _header(kernel: Kernel, unit: Unit) -> Iterable[str]:
 
 
 def _equations(kernel: Kernel, unit: Unit) -> Iterable[str]:
+    conditions = Conditions(unit)
     text = (inspect.getdoc(kernel.module) or kernel.name).replace("*/", "* /").splitlines()
     yield f"/* {kernel.name}: {text[0]}"
     yield from (f" * {line}".rstrip() for line in [*text[1:], "", _WRITTEN])
@@ -75,6 +80,7 @@ def _equations(kernel: Kernel, unit: Unit) -> Iterable[str]:
     yield from _entry(unit, START, unit.start.c_name, unit.start.fails, ["*p", "*u"], "s")
     yield ""
     yield from _entry(unit, STEP, unit.step.c_name, unit.step.fails, ["*p", "*s", "*u", "dt"], "after")
+    yield from ("", *conditions.functions())
 
 
 def _entry(unit: Unit, prototype: str, function: str, fails: bool, arguments: list[str], state: str) -> Iterable[str]:

@@ -218,7 +218,8 @@ class Operators:
         if any(kind != kinds[0] for kind in kinds):
             self.source.refuse(node, "a computed index into items of several types")
         if not isinstance(owner.type, Array):
-            owner = self.as_type(self._elements(self.items(owner, node)), Array(kinds[0], len(kinds)), node)
+            owner = self._elements(self.items(owner, node))
+        owner = self.as_type(owner, Array(kinds[0], len(kinds)), node)
         place = call("checked_index", INT, index, Value(str(len(kinds)), INT), fault=True)
         return Value(f"{inside(owner, PRIMARY)}.item[{place.text}]", kinds[0], PRIMARY, True)
 

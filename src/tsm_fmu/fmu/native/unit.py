@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ast
 import inspect
+import re
 import sys
 from functools import cache
+from importlib import resources
 from types import FunctionType, ModuleType
 from typing import Any
 
@@ -83,7 +85,7 @@ class Unit:
         if isinstance(kind, Record) and kind.cls not in self._records:
             file = kind.cls.__module__.rpartition(".")[2]
             name = kind.cls.__name__
-            if name in self._records.values():
+            if name in self._records.values() or name in reserved_names():
                 name = "".join(part.capitalize() for part in file.split("_")) + name
             self._records[kind.cls] = name
         if isinstance(kind, Record | Array | Mixed) and kind not in self.types:
@@ -123,8 +125,8 @@ class Unit:
         """The name itself where nothing else in the unit has it, else with the file's before it."""
         file = module.__name__.rpartition(".")[2]
         tried = [name, f"{file}_{name}", *(f"{file}_{name}_{n}" for n in range(2, 100))]
-        found = next(t for t in tried if t not in self._names and t not in LIBRARY_NAMES)
-        self._names.add(found)
+        found = next(t + self.arithmetic.suffix for t in tried if t not in self._names and t not in reserved_names())
+        self._names.add(found.removesuffix(self.arithmetic.suffix))
         return found
 
     # -- text
@@ -196,6 +198,20 @@ LIBRARY_NAMES = frozenset(
     "log1p pow remainder round signal sin sinh sqrt step_size tan tanh time trunc y0 y1 yn".split()
 )
 """Functions of C's library that a function of ours must not have the name of."""
+
+
+@cache
+def reserved_names() -> frozenset[str]:
+    """Names at file scope that the C library and the FMI layers have already."""
+    found = set(LIBRARY_NAMES)
+    for path in resources.files("tsm_fmu.fmu.native").joinpath("c").iterdir():
+        text = path.read_text(encoding="utf-8")
+        found.update(re.findall(r"^(?:[A-Za-z_][\w ]*[ *]+)(\w+)\(", text, flags=re.MULTILINE))
+        found.update(re.findall(r"^static const .*?(\w+)(?:\[\])? =", text, flags=re.MULTILINE))
+        found.update(re.findall(r"^#define (\w+)", text, flags=re.MULTILINE))
+        found.update(re.findall(r"^(?:typedef .*?|typedef enum \{.*\} |\} )(\w+);", text, flags=re.MULTILINE))
+        found.update(re.findall(r"\b([A-Z][A-Z_]+)\b", text))
+    return frozenset(found)
 
 
 def units(module: ModuleType) -> tuple[Unit, Unit]:

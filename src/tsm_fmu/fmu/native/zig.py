@@ -1,12 +1,111 @@
-"""The C compiler: `ziglang`, a package that brings clang and the libraries of every platform along."""
+"""The C compiler: `ziglang`, a package that brings clang and the libraries of every platform along.
+
+Nothing is fetched: what a platform needs is in the package as source and compiled at the first use of that platform,
+then kept in the user's cache folder.
+"""
 
 from __future__ import annotations
 
+import os
+import re
 import shutil
+import subprocess
 import sys
+from collections.abc import Collection, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from ...models.contract import InputError
+
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-g0")
+"""Without contraction and fast-math: the bits are those of plain Python."""
+
+GLIBC = "2.17"
+"""Oldest C library of Linux that the binaries run with."""
+
+
+class Platform:
+    """One binary of an FMU: zig's target, folder by FMI version, ending."""
+
+    def __init__(self, target: str, folders: Mapping[int, str], ending: str, *linking: str) -> None:
+        self.target, self.folders, self.ending, self.linking = target, folders, ending, linking
+
+
+PLATFORMS = (
+    Platform(f"x86_64-linux-gnu.{GLIBC}", {2: "linux64", 3: "x86_64-linux"}, ".so", "-lm"),
+    Platform("x86_64-windows-gnu", {2: "win64", 3: "x86_64-windows"}, ".dll", "-Os"),  # its C library is inside
+    Platform("x86_64-macos", {2: "darwin64", 3: "x86_64-darwin"}, ".dylib"),
+    Platform(f"aarch64-linux-gnu.{GLIBC}", {3: "aarch64-linux"}, ".so", "-lm"),
+    Platform("aarch64-macos", {3: "aarch64-darwin"}, ".dylib"),
+)
+
+
+def binaries(
+    sources: Mapping[str, bytes], main: str, name: str, fmi: int, folders: Collection[str] = ()
+) -> dict[str, bytes]:
+    """Shared libraries of an FMU for all platforms of its FMI version, by archive path.
+
+    Parameters
+    ----------
+    sources : mapping of str to bytes
+        C files by name.
+    main : str
+        The one to compile; it includes the others.
+    name : str
+        Of the libraries: the model identifier.
+    fmi : int
+        2 or 3.
+    folders : collection of str
+        Platforms by their folder in ``binaries``; default all.
+
+    Raises
+    ------
+    InputError
+        An unknown platform, or a compiler that is missing or refuses.
+    """
+    known = {p.folders[fmi]: p for p in PLATFORMS if fmi in p.folders}
+    for folder in folders:
+        if folder not in known:
+            raise InputError(f"platform {folder!r} of FMI {fmi} -- expected one of {', '.join(known)} -- choose one")
+    wanted = [known[folder] for folder in folders or known]
+    with TemporaryDirectory(prefix="tsm_fmu_c_") as place:
+        for file, data in sources.items():
+            (Path(place) / file).write_bytes(data)
+        with ThreadPoolExecutor(min(len(wanted), os.cpu_count() or 1)) as pool:
+            found = pool.map(lambda p: (_place(p, name, fmi), _library(p, Path(place), main, name)), wanted)
+            return dict(found)
+
+
+def _place(platform: Platform, name: str, fmi: int) -> str:
+    return f"binaries/{platform.folders[fmi]}/{name}{platform.ending}"
+
+
+def _library(platform: Platform, folder: Path, main: str, name: str) -> bytes:
+    # zig puts the output's name, not its folder, into the library
+    out = folder / platform.target / f"{name}{platform.ending}"
+    out.parent.mkdir()
+    command = [*zig(), "-target", platform.target, *FLAGS, "-shared", "-s", main, *platform.linking, "-o"]
+    done = subprocess.run([*command, str(out.relative_to(folder))], cwd=folder, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise InputError(
+            f"C compiler failed for {platform.target} ({_first_error(done.stderr)}) -- expected C that compiles -- "
+            "install ziglang again"
+        )
+    return out.read_bytes()
+
+
+def _first_error(text: str) -> str:
+    found = re.search(r"error: .*", text)
+    return found.group(0) if found else text.strip()[:200]
+
+
+def zig() -> tuple[str, ...]:
+    """Command of zig's C compiler."""
+    return (sys.executable, "-m", "ziglang", "cc")
 
 
 def c_compiler() -> tuple[str, ...]:
     """Command of a C compiler for this machine: its own, else zig's."""
     own = shutil.which("gcc") or shutil.which("cc")
-    return (own,) if own else (sys.executable, "-m", "ziglang", "cc")
+    return (own,) if own else zig()

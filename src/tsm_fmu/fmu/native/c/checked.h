@@ -153,6 +153,9 @@ static inline int checked_index(int k, int n, Fault *fault)
     return place;
 }
 
+static inline double degrees(double x) { return x * (180.0 / 3.141592653589793); }
+static inline double radians(double x) { return x * (3.141592653589793 / 180.0); }
+
 /* min and max as Python chooses between equal numbers and beside NaN. */
 static inline double lesser(double a, double b) { return b < a ? b : a; }
 static inline double greater(double a, double b) { return b > a ? b : a; }

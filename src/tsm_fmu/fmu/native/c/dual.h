@@ -135,6 +135,8 @@ static inline Dual dual_sinh(Dual x, Fault *fault)
     return dual_of(checked_sinh(x.v, fault), along(cosh(x.v), x.d));
 }
 
+static inline Dual dual_degrees(Dual x) { return dual_of(degrees(x.v), degrees(x.d)); }
+static inline Dual dual_radians(Dual x) { return dual_of(radians(x.v), radians(x.d)); }
 static inline Dual dual_abs(Dual x) { return x.v < 0.0 ? dual_of(-x.v, -x.d) : dual_of(fabs(x.v), x.d); }
 static inline Dual dual_min(Dual a, Dual b) { return b.v < a.v ? b : a; }
 static inline Dual dual_max(Dual a, Dual b) { return b.v > a.v ? b : a; }

@@ -1,0 +1,131 @@
+"""Files of a native FMU: model description, C sources, libraries of all platforms, documentation, reference results."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from importlib import resources
+from typing import Any
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+from ...kernels.kernel import Kernel
+from ..archive import named
+from ..build import documentation, icon, licence
+from ..content import GUID_MARK
+from ..description import Flavour, interface, model_description
+from ..description3 import terminals
+from ..reference import reference_files, reference_run
+from .interface_source import interface_files
+from .model_source import model_files
+from .zig import binaries
+
+LAYER = ("checked.c", "checked.h", "dual.h", "interface.h", "slave.c", "slave.h")
+"""C files that are the same in every FMU, beside those of the FMI version."""
+HEADERS = {
+    2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
+    3: ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
+}
+"""Of the FMI standard, as FMPy brings them, with their licence in them."""
+MAIN = "all.c"
+
+LOG_CATEGORIES = {
+    "logStatusWarning": "what a user should know; only with loggingOn",
+    "logStatusDiscard": "a step that a smaller one may replace",
+    "logStatusError": "a refused call",
+    "logAll": "all messages",
+}
+
+
+def native_files(
+    kernel: Kernel, name: str, params: Any, starts: Mapping[str, float], fmi: int, platforms: Collection[str] = ()
+) -> dict[str, bytes]:
+    """Files of a native FMU by archive path.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        A model, or a model with effects.
+    name : str
+        Model name and identifier.
+    params : Params
+        Parameters that it starts with.
+    starts : mapping of str to float
+        Those that differ from the kernel's own, by public name.
+    fmi : int
+        2 or 3.
+    platforms : collection of str
+        Folders of the libraries, ``"linux64"``; default all.
+
+    Raises
+    ------
+    InputError
+        For a kernel that cannot be translated, or a compiler that fails.
+    """
+    reference = reference_run(kernel, params)
+    fmu = interface(kernel, name, starts, reference.largest())
+    sources = sources_of(kernel, fmu, fmi)
+    xml = model_description(fmu, GUID_MARK, native_flavour(), fmi)
+    texts = {
+        "modelDescription.xml": _document(xml),
+        "sources/buildDescription.xml": _document(_build_description(name)),
+        "documentation/index.html": documentation(kernel, name),
+        "documentation/licenses/license.txt": licence("tsm-fmu"),
+        **{f"sources/{file}": text for file, text in sources.items()},
+        **reference_files(fmu, reference, arrays=fmi == 3),
+    }
+    if fmi == 3:
+        texts["terminalsAndIcons/terminalsAndIcons.xml"] = _document(terminals(fmu))
+    picture = {"model.png": icon()} if fmi == 2 else {"terminalsAndIcons/icon.png": icon()}
+    files = named({path: text.encode() for path, text in texts.items()} | picture)
+    compiled = {path.removeprefix("sources/"): data for path, data in files.items() if path.startswith("sources/")}
+    return files | binaries(compiled, MAIN, name, fmi, platforms)
+
+
+def native_flavour() -> Flavour:
+    """What the model description says of the C code."""
+    return Flavour(
+        tool="",
+        needs="",
+        capabilities={
+            "canHandleVariableCommunicationStepSize": "true",
+            "canNotUseMemoryManagementFunctions": "true",
+            "canGetAndSetFMUstate": "true",
+            "canSerializeFMUstate": "true",
+            "providesDirectionalDerivative": "true",
+        },
+        log_categories=LOG_CATEGORIES,
+        sources=(MAIN,),
+    )
+
+
+def sources_of(kernel: Kernel, fmu: Any, fmi: int) -> dict[str, str]:
+    """All C files of an FMU by name."""
+    layer = resources.files("tsm_fmu.fmu.native").joinpath("c")
+    standard = resources.files("fmpy").joinpath("c-code")
+    files = {file: layer.joinpath(file).read_text(encoding="utf-8") for file in (*LAYER, f"fmi{fmi}.c")}
+    files |= {file: standard.joinpath(file).read_text(encoding="utf-8") for file in HEADERS[fmi]}
+    files |= model_files(kernel) | interface_files(kernel.module, fmu, fmi)
+    included = [file for file in files if file.endswith(".c")]
+    # the GUID tells apart what compilers keep under the file's name
+    files[MAIN] = f"/* {fmu.name} ({GUID_MARK}) in one piece: compile this file alone. */\n" + "".join(
+        f'#include "{file}"\n' for file in sorted(included)
+    )
+    return files
+
+
+def _build_description(name: str) -> Element:
+    """How to compile the sources, as FMI 3.0 has it."""
+    root = Element("fmiBuildDescription", fmiVersion="3.0")
+    build = SubElement(root, "BuildConfiguration", modelIdentifier=name, description="any platform with a C99 compiler")
+    sources = SubElement(
+        build, "SourceFileSet", language="C99", compilerOptions="-std=c99 -O2 -ffp-contract=off -fvisibility=hidden"
+    )
+    SubElement(sources, "SourceFile", name=MAIN)
+    SubElement(build, "Library", name="m", external="true", description="math; part of the C library on Windows")
+    return root
+
+
+def _document(root: Element) -> str:
+    ElementTree.indent(root)
+    text = ElementTree.tostring(root, encoding="unicode", xml_declaration=False)
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
