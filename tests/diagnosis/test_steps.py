@@ -12,7 +12,7 @@ from tsm_fmu.diagnosis.answer.gaps import closure
 from tsm_fmu.diagnosis.choice.floors import white_noise
 from tsm_fmu.diagnosis.fits.refit import Task, as_given, refit
 from tsm_fmu.diagnosis.residual.locate import benjamini_hochberg, locate
-from tsm_fmu.diagnosis.residual.structure import predictable_share
+from tsm_fmu.diagnosis.residual.predictable import predictable_share
 from tsm_fmu.diagnosis.runs.gate import gate
 from tsm_fmu.diagnosis.runs.motion_signals import coordinates_of
 from tsm_fmu.kernels.kernel import kernel
@@ -87,9 +87,9 @@ def test_noise_is_not_a_law_but_a_hidden_cosine_is() -> None:
     rng = np.random.default_rng(17)
     noise = [coloured(r.time.size, 0.01, rng)[:, None] for r in runs]
     law = [n + 0.02 * np.sign(r.inputs) * np.exp(-np.abs(r.inputs) / 0.23) for n, r in zip(noise, runs, strict=True)]
-    assert predictable_share(noise, places)[0] < 0.08
+    assert predictable_share(noise, places, "m", "N")[0] < 0.08
     true = np.mean([np.mean((b - a) ** 2) / np.mean(b**2) for a, b in zip(noise, law, strict=True)])
-    assert predictable_share(law, places)[0] == pytest.approx(true, abs=0.12)
+    assert predictable_share(law, places, "m", "N")[0] == pytest.approx(true, abs=0.12)
 
 
 def test_repeats_give_the_noise_and_white_differences_a_lower_bound() -> None:

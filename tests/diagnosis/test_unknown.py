@@ -11,7 +11,8 @@ from scipy.signal import lfilter
 
 from tsm_fmu.diagnosis.residual.dependence import dependence
 from tsm_fmu.diagnosis.residual.formula import formula, shapes, text_of
-from tsm_fmu.diagnosis.residual.sparse import chosen, fitted, folds, predicted_shares, smallest, sums
+from tsm_fmu.diagnosis.residual.library import folds
+from tsm_fmu.diagnosis.residual.sparse import chosen, fitted, predicted_shares, smallest, sums
 from tsm_fmu.diagnosis.runs.motion_signals import Coordinates, coordinates_of
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.display import display

@@ -12,12 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...kernels.kernel import kernel
 from ...regression.problem import BoolArray, FloatArray
 from ...regression.residuals import noise_floor
 from ..fits.nuisance import FORM_OF_EFFECT
 from ..fits.refit import Fitted
 from ..fits.response import places_of
-from ..residual.structure import predictable_share
+from ..residual.predictable import predictable_share
+from ..runs.motion_signals import coordinate_units
 from .hypotheses import Hypothesis
 from .supported import MATERIAL, Choice
 
@@ -75,7 +77,7 @@ def floors_of(choice: Choice, base: Fitted, calm: Fitted | None, stepped: Sequen
         Channels of few levels.
     """
     best, winner = choice.best.fitted, choice.winner
-    share = predictable_share(best.residuals, places_of(best))
+    share = _predictable(best)
     noise = best.rmse * np.sqrt(np.clip(1.0 - share, 0.0, 1.0))
     repeats = _repeats(best)
     if repeats is not None:
@@ -106,7 +108,7 @@ def open_channels(one: Hypothesis, base: Fitted, calm: Fitted | None, stepped: S
     fitted = one.fitted
     mean_square, spread = fitted.rmse**2, fitted.spread
     form = FORM_OF_EFFECT * np.maximum(base.rmse**2 - mean_square, 0.0)
-    share = predictable_share(fitted.residuals, places_of(fitted))
+    share = _predictable(fitted)
     lawful = (share > STRUCTURE) & (share * mean_square > np.maximum((MATERIAL * spread) ** 2, form))
     white = np.minimum(white_noise(fitted) ** 2, mean_square)
     coloured = mean_square - white
@@ -118,6 +120,10 @@ def open_channels(one: Hypothesis, base: Fitted, calm: Fitted | None, stepped: S
         above = fitted.rmse**2 - (REFERENCE * calm.rmse) ** 2
         found = (found & (above > 0.0)) | (above > np.maximum((MATERIAL * spread) ** 2, form))
     return found
+
+
+def _predictable(fitted: Fitted) -> FloatArray:
+    return predictable_share(fitted.residuals, places_of(fitted), *coordinate_units(kernel(fitted.model)))
 
 
 def _mostly_explained(one: Hypothesis, base: Fitted, calm: Fitted | None) -> BoolArray:

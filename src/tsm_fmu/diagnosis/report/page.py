@@ -24,7 +24,7 @@ from ..answer.sentence import (
     share_text,
 )
 from ..evidence import Candidate, Gap, Place
-from ..residual.terms import LEGEND
+from ..residual.library import LEGEND
 from ..result import Diagnosis
 from .plots import dependence_figures, motion_figures, run_sections
 

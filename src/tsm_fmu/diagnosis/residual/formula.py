@@ -16,9 +16,9 @@ from ...regression.problem import FloatArray
 from ..evidence import Formula, Place, ResidualShape
 from ..runs.motion_signals import Coordinates
 from .dependence import dependence
-from .sparse import MOST_TERMS, Sums, chosen, fitted, folds, predicted_shares, share_of, smallest, sums
+from .library import folds, library
+from .sparse import MOST_TERMS, Sums, chosen, fitted, predicted_shares, share_of, smallest, sums
 from .surrogates import surrogates, tail
-from .terms import terms_of
 
 IntArray = NDArray[np.int_]
 LEADING = 2
@@ -84,9 +84,9 @@ def formula(
     seed : int
     """
     step = max(1, sum(r.size for r in residuals) // ROWS)
-    library = terms_of([c.part(slice(None, None, step)) for c in places], motion_unit, load_unit)
+    offered = library([c.part(slice(None, None, step)) for c in places], motion_unit, load_unit)
     parts = [r[::step] for r in residuals]
-    matrix = np.column_stack([np.concatenate(term.values) for term in library])
+    matrix = np.column_stack([np.concatenate(term.values) for term in offered])
     scale = np.sqrt(np.mean(matrix**2, axis=0))
     matrix /= scale
     fold = folds([p.size for p in parts])
@@ -109,7 +109,7 @@ def formula(
         terms, optimiser = other, "PySINDy STLSQ"
     values = fitted(*data.whole, terms) / scale[terms]
     found = tuple(
-        (library[j].text, float(value), _per(unit, library[j].unit))
+        (offered[j].text, float(value), _per(unit, offered[j].unit))
         for j, value in sorted(zip(terms, values, strict=True), key=lambda jv: -abs(jv[1]) * scale[jv[0]])
     )
     return Formula(found, text_of(found, unit), share, p, optimiser)

@@ -51,14 +51,6 @@ def sums(columns: FloatArray, residual: FloatArray, fold: NDArray[np.int_]) -> S
     )  # fmt: skip
 
 
-def folds(sizes: Sequence[int], blocks: int = 8) -> NDArray[np.int_]:
-    """Fold of each sample: whole runs where there are three or more, else contiguous blocks of each run."""
-    if len(sizes) >= 3:
-        return np.repeat(np.arange(len(sizes)) % blocks, sizes)
-    each = blocks // len(sizes)
-    return np.concatenate([np.arange(n) * each // n + each * k for k, n in enumerate(sizes)])
-
-
 def chosen(gram: FloatArray, cross: FloatArray, most: int = MOST_TERMS) -> list[list[int]]:
     """Best sets of 1, 2, ... columns: each adds the column that helps most, then swaps single ones while that helps.
 
