@@ -14,7 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = {"tsm_fmu.checking.criteria": "checking.md"}
+PAGES = {"tsm_fmu.diagnosis.criteria": "diagnosis.md", "tsm_fmu.checking.criteria": "checking.md"}
 UNITS = {"S": "s", "HZ": "Hz", "RAD": "rad", "TURNS": "turns", "SAMPLES": "samples", "DB": "dB"}
 """Last word of a name, for the unit that it stands for."""
 

@@ -20,7 +20,7 @@ from tsm_fmu.diagnosis.choice.supported import (
     indistinct,
     left,
 )  # fmt: skip
-from tsm_fmu.diagnosis.fits.nuisance import FORM_OF_EFFECT
+from tsm_fmu.diagnosis.criteria import LAW_FORM_SHARE
 
 SPREAD = 3.7
 MANY = 1e5
@@ -78,7 +78,7 @@ def test_few_independent_samples_make_a_difference_of_noise(effective: float, na
 def test_a_right_law_may_leave_a_little_of_what_the_best_removes() -> None:
     plain, best = made("", 0.31), made("viscous", 0.03)
     removed = 0.31**2 - 0.03**2
-    allowed = FORM**2 + FORM_OF_EFFECT * removed + EVIDENCE * 0.03**2 / MANY
+    allowed = FORM**2 + LAW_FORM_SHARE * removed + EVIDENCE * 0.03**2 / MANY
     near = made("stribeck", np.sqrt(0.03**2 + 0.98 * allowed))
     far = made("inertia", np.sqrt(0.03**2 + 1.02 * allowed))
     assert indistinct(near, best, plain)

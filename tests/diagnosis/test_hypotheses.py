@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.choice import hypotheses as module
-from tsm_fmu.diagnosis.choice.hypotheses import RIVAL, Hypothesis, hypothesis, rivals_again, tried, weigh
+from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, hypothesis, rivals_again, tried, weigh
 from tsm_fmu.diagnosis.choice.supported import fewer_again
+from tsm_fmu.diagnosis.criteria import RIVAL_COST_RATIO
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.diagnosis.fits.screening import Screened, screen
 from tsm_fmu.kernels.chain import attach
@@ -41,7 +42,7 @@ def stuck(task: Task, best: Hypothesis, factor: float) -> Hypothesis:
 
 def test_a_close_rival_is_refitted_from_the_baseline_of_the_best(task: Task, best: Hypothesis) -> None:
     one = stuck(task, best, 1.03)
-    assert 1.01 * best.fitted.cost < one.fitted.cost < RIVAL * best.fitted.cost
+    assert 1.01 * best.fitted.cost < one.fitted.cost < RIVAL_COST_RATIO * best.fitted.cost
     first, again = rivals_again([best, one], [])
     assert first is best
     assert again.added == one.added
@@ -99,7 +100,7 @@ def test_what_a_freedom_removes_is_found_once(task: Task, best: Hypothesis, monk
 
 def test_a_rival_far_behind_is_left_as_it_is(task: Task, best: Hypothesis) -> None:
     one = stuck(task, best, 1.4)
-    assert one.fitted.cost > RIVAL * best.fitted.cost
+    assert one.fitted.cost > RIVAL_COST_RATIO * best.fitted.cost
     assert rivals_again([one, best], [])[0] is one
 
 

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from tsm_fmu.diagnosis.choice.floors import REFERENCE, floors_of, open_channels
+from tsm_fmu.diagnosis.choice.floors import floors_of, open_channels
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, hypothesis
 from tsm_fmu.diagnosis.choice.supported import Choice
+from tsm_fmu.diagnosis.criteria import REFERENCE_RATIO
 from tsm_fmu.diagnosis.fits.quantised import coarse, with_levels
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, as_given
 from tsm_fmu.diagnosis.runs.gate import gate
@@ -93,7 +94,7 @@ def test_what_wanders_far_is_no_noise_of_an_instrument(leaving: Callable[[Left],
 def test_a_gap_as_on_reference_runs_is_the_form_of_the_model(leaving: Callable[[Left], Fitted]) -> None:
     left = leaving(dip(0.07))
     assert not open_(left, calm=leaving(dip(0.07)))
-    assert not open_(left, calm=leaving(white(float(left.rmse[0] / left.spread[0]) / REFERENCE * 1.02)))
+    assert not open_(left, calm=leaving(white(float(left.rmse[0] / left.spread[0]) / REFERENCE_RATIO * 1.02)))
     assert open_(left, calm=leaving(dip(0.02)))
     assert open_(leaving(white(0.09)), calm=leaving(white(0.02)))  # more than there, though it is no law
 

@@ -12,7 +12,8 @@ import pytest
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, hypothesis
 from tsm_fmu.diagnosis.choice.patches import without_patches
 from tsm_fmu.diagnosis.choice.supported import Choice
-from tsm_fmu.diagnosis.fits.nuisance import SHAPE, earned, freed, freedoms
+from tsm_fmu.diagnosis.criteria import SHAPE_SPREAD_SHARE
+from tsm_fmu.diagnosis.fits.nuisance import earned, freed, freedoms
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.regression.problem import FitRun
 
@@ -94,4 +95,4 @@ def test_the_shape_after_a_reversal_is_an_effect_only_if_it_is_much_and_referenc
     rig: Rig, known: dict[str, float], hyperbola: Shape, reference: bool
 ) -> None:
     found = shaped(rig, known, hyperbola, reference)
-    assert (found.material.get("presliding_shape", 0.0) > SHAPE) is not reference
+    assert (found.material.get("presliding_shape", 0.0) > SHAPE_SPREAD_SHARE) is not reference

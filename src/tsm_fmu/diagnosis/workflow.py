@@ -23,8 +23,8 @@ from .answer.verdict import Verdict, verdict_of
 from .choice.baselines import baselines
 from .choice.judged import Judged, judged
 from .choice.search import Search, candidate_places
-from .choice.supported import MATERIAL
 from .choice.visibility import unexcited
+from .criteria import EFFECT_SPREAD_SHARE, PRESLIDING_STROKE_SHARE
 from .evidence import Candidate, Gap, Gate, NextMotion, RunComparison
 from .fits.refit import Fitted, Task
 from .result import Diagnosis
@@ -33,9 +33,6 @@ from .runs.gate import gate
 from .runs.motion_signals import coordinate_units
 from .runs.prepared import PreparedRuns, prepared
 from .runs.thinning import motion_channel, searched
-
-PRESLIDING = (3e-4, 0.02, 0.1)
-"""Shortest, usual and longest presliding distance that the effects see, as part of the longest stroke."""
 
 Progress = Callable[[str], None]
 
@@ -120,8 +117,8 @@ def task_of(runs: PreparedRuns, values: Mapping[str, float], preset: str | None,
     stroke = runs.stroke
     return Task(
         runs.model.name, searched(runs.model, runs.measured), runs.channels,
-        {"motion.x_pre": PRESLIDING[1] * stroke, **values}, preset, tuple(fixed),
-        limits={"motion.x_pre": (PRESLIDING[0] * stroke, PRESLIDING[2] * stroke)},
+        {"motion.x_pre": PRESLIDING_STROKE_SHARE[1] * stroke, **values}, preset, tuple(fixed),
+        limits={"motion.x_pre": (PRESLIDING_STROKE_SHARE[0] * stroke, PRESLIDING_STROKE_SHARE[2] * stroke)},
         bend=ANGLE in [v.name for v in runs.model.inputs],
     )  # fmt: skip
 
@@ -200,7 +197,7 @@ def _gaps(found: Investigation) -> dict[str, Gap]:
     runs, verdict = found.runs, found.verdict
     base = found.judged.baselines.refitted.fitted
     units = {v.name: v.quantity.unit for v in base.problem.kernel.outputs}
-    threshold = np.maximum(MATERIAL * base.spread, base.task.form)
+    threshold = np.maximum(EFFECT_SPREAD_SHARE * base.spread, base.task.form)
     given, refitted, final = (errors_of(fitted, runs.measured, runs.holdout) for fitted in found.stages.values())
     return gaps(
         runs.channels, [units[c] for c in runs.channels], given, refitted, final, found.judged.floors, threshold,

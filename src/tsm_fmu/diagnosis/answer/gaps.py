@@ -9,12 +9,11 @@ import numpy as np
 
 from ...regression.problem import FitRun, FloatArray
 from ..choice.floors import Floors
+from ..criteria import GAP_FLOOR_SHARE
 from ..evidence import Gap
 from ..fits.refit import Fitted, rms
 
 RESAMPLES = 500
-LEAST_GAP = 0.02
-"""Mean square above the floor, as part of the floor's, from which on there is a gap to close."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +98,7 @@ def closure(before: FloatArray, after: FloatArray, noise: FloatArray) -> float |
         Floors [RMS].
     """
     removable = before - noise**2
-    open_ = removable > LEAST_GAP * noise**2
+    open_ = removable > GAP_FLOOR_SHARE * noise**2
     if not open_.any():
         return None
     weight = 1.0 / np.maximum(noise[open_], 1e-300) ** 2

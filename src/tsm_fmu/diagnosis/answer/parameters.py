@@ -5,13 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...card import CardParameter, ModelCard, Provenance, RecordUsed, utc_now
+from ..criteria import CHANGED_SHARE, WEIGHTY_SHARE
 from ..evidence import ModelFit, ParameterChange, ParameterValue
 from ..fits.refit import Fitted
-
-CHANGED = 0.02
-"""A parameter that a refit moved by less than this part of itself is not worth a word."""
-WEIGHTY = 0.1
-"""Nor is one whose move does less than this part of what another's does."""
 
 
 def model_fit(fitted: Fitted) -> ModelFit:
@@ -27,13 +23,13 @@ def changes_of(given: Fitted, final: Fitted) -> tuple[ParameterChange, ...]:
     names = [v for v in final.problem.kernel.parameters if v.field in final.problem.shared and v.name in before]
     moved = [
         v for v in names
-        if abs(after[v.name] - before[v.name]) > CHANGED * max(abs(before[v.name]), abs(after[v.name]))
+        if abs(after[v.name] - before[v.name]) > CHANGED_SHARE * max(abs(before[v.name]), abs(after[v.name]))
     ]  # fmt: skip
     found = [
         ParameterChange(v.name, v.quantity.unit, before[v.name], after[v.name], _undone(final, v.field, before[v.name]))
         for v in moved
     ]
-    least = WEIGHTY * max((c.effect for c in found if np.isfinite(c.effect)), default=0.0)
+    least = WEIGHTY_SHARE * max((c.effect for c in found if np.isfinite(c.effect)), default=0.0)
     return tuple(sorted((c for c in found if c.effect >= least), key=lambda c: -c.effect))
 
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...kernels.kernel import kernel
+from ..criteria import RETURNED_WORK_SHARE
 from ..fits.refit import Fitted
 from ..fits.response import places_of
-
-ALLOWED = 0.02
-"""Part of the work against friction that it may give back while sliding: presliding stores, and sensors are late."""
 
 
 def returned_share(fitted: Fitted) -> float | None:
@@ -42,7 +40,7 @@ def returned_share(fitted: Fitted) -> float | None:
 def sign_notes(fitted: Fitted) -> tuple[str, ...]:
     """What a user should know about the signs of an answer, one sentence each."""
     share = returned_share(fitted)
-    if share is None or share <= ALLOWED:
+    if share is None or share <= RETURNED_WORK_SHARE:
         return ()
     return (
         f"the friction of the answer gives energy, {100.0 * share:.0f} % of what it takes in between: not physical, "

@@ -9,17 +9,10 @@ import numpy as np
 from ...effects import words
 from ...logs.display import Display, display
 from ...models.contract import with_unit
+from ..criteria import ABOVE_FLOOR_RATIO, CHANGED_SHARE, SURE_FLOOR_SHARE, TELLING_SHARE
 from ..evidence import Candidate, Gap, ParameterChange, Place
 from ..result import Diagnosis
 
-TELLING = 0.1
-"""Share of the residual that a coordinate must explain to be worth a sentence."""
-APART_ALONE = 0.02
-"""A refit that differs by less than this part of its error from the model as given is not worth a word."""
-ABOVE = 1.3
-"""Error over the floor from which on it is said that it is above."""
-SURE = 0.8
-"""A floor whose lower bound is above this part of it is one number."""
 APART = 0.01
 """Ends of a range that differ by less than this part of the larger are one value."""
 OVER = {"x": "position", "v": "speed", "a": "acceleration", "sgn v": "the direction of motion", "dwell": "rests"}
@@ -62,7 +55,7 @@ def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
         names = either([words(e) for e in found.equivalent[0]])
         share = f"explains {closes} of {of}" if closes else "is missing"
         return _sentence(f"{where}{names} {share}, these runs cannot tell which: play the next experiment; {numbers}")
-    tried = [(c, x) for c in found.candidates if (x := c.channels[channel].closure_measured) is not None]
+    tried = [(c, x) for c in found.candidates if c.testable and (x := c.channels[channel].closure_measured) is not None]
     nearest = f" (the best, {words(tried[0][0].spec)}, {range_of(tried[0][1])})" if tried else ""
     text = _sentence(f"{where}no effect of the library explains {of} well enough{nearest}; {numbers}")
     formula = next((s.formula for s in found.shapes if s.channel == channel and s.formula.text), None)
@@ -79,10 +72,8 @@ def _remains(found: Diagnosis, channel: str) -> str:
     rest = f"; {untested} effects are not testable here" if untested else ""
     if place is None:
         error = gap.after if gap.holdout_after is None else gap.holdout_after
-        above = (
-            "what is left depends on nothing in the motion" if error > ABOVE * gap.floor else "no gap above the floor"
-        )
-        return above + rest
+        above = error > ABOVE_FLOOR_RATIO * gap.floor
+        return ("what is left depends on nothing in the motion" if above else "no gap above the floor") + rest
     shown = display(gap.unit, place.rms)
     over = OVER.get(place.coordinate, place.coordinate)
     below = f"below the threshold of {shown(gap.threshold, 2)}"
@@ -121,7 +112,7 @@ def leading_place(found: Diagnosis, channel: str) -> Place | None:
 
 
 def _telling(p: Place, channel: str, *, bands: bool = False) -> bool:
-    known = p.channel == channel and p.significant and p.explained - p.chance > TELLING
+    known = p.channel == channel and p.significant and p.explained - p.chance > TELLING_SHARE
     return known and (bands or p.unit != "Hz")
 
 
@@ -133,11 +124,11 @@ def errors_text(channel: str, g: Gap) -> str:
     before, after, refitted = before or 0.0, after or 0.0, refitted or 0.0
     unit = display(g.unit, max(before, g.floor))
     one, two, alone = (unit(x).removesuffix(f" {unit.unit}") for x in (before, after, refitted))
-    apart = abs(refitted - before) > APART_ALONE * refitted < abs(refitted - after)
+    apart = abs(refitted - before) > CHANGED_SHARE * refitted < abs(refitted - after)
     alone = f" ({alone} by a refit alone)" if apart else ""
     way = one if one == two else f"{one} -> {two}"
     floor = unit(g.floor)
-    if g.floor_least < SURE * g.floor:
+    if g.floor_least < SURE_FLOOR_SHARE * g.floor:
         floor = f"{unit(g.floor_least).removesuffix(f' {unit.unit}')} to {floor}"
     return f"{'held-out ' if held else ''}error of {channel} {way} {unit.unit}{alone}, floor {floor}"
 

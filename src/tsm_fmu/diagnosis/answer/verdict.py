@@ -12,14 +12,12 @@ from ...regression.problem import FitRun
 from ..choice.baselines import Baselines
 from ..choice.floors import Floors
 from ..choice.hypotheses import Hypothesis, folded, with_fit
-from ..choice.supported import MATERIAL, Choice, indistinct, left
+from ..choice.supported import Choice, indistinct, left
+from ..criteria import EFFECT_SPREAD_SHARE, IDLE_SPREAD_SHARE
 from ..fits.nuisance import untied, without
 from ..fits.quantised import with_levels
 from ..fits.refit import Fitted
 from .passivity import sign_notes
-
-NEGLIGIBLE = 0.002
-"""A nuisance freedom that does less than this part of a channel's spread is left out of the answer's model."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +87,7 @@ def _without_effect(baselines: Baselines, winner: Hypothesis, final: Fitted) -> 
     needs_nuisances = not indistinct(refitted, winner, refitted)
     used = winner if needs_nuisances else refitted
     removed = np.maximum(given.rmse**2 - used.fitted.rmse**2, 0.0)
-    if (removed <= (MATERIAL * used.fitted.spread) ** 2).all():
+    if (removed <= (EFFECT_SPREAD_SHARE * used.fitted.spread) ** 2).all():
         return Verdict("none", given)
     return Verdict("parameters", final if needs_nuisances else refitted.fitted)
 
@@ -108,7 +106,7 @@ def _without_idle_nuisances(winner: Hypothesis, holdout: Sequence[FitRun], progr
         if left(loose) < left(winner):
             fitted = loose.fitted
     for spec in winner.free:
-        if spec not in winner.effects and float(fitted.share_of(spec).max()) < NEGLIGIBLE:
+        if spec not in winner.effects and float(fitted.share_of(spec).max()) < IDLE_SPREAD_SHARE:
             progress(f"refit without {spec}")
             fitted = without(fitted, spec, winner.free)
     return fitted

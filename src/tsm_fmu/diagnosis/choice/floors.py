@@ -15,26 +15,22 @@ import numpy as np
 from ...kernels.kernel import kernel
 from ...regression.problem import BoolArray, FloatArray
 from ...regression.residuals import noise_floor
-from ..fits.nuisance import FORM_OF_EFFECT
+from ..criteria import (
+    EFFECT_SPREAD_SHARE,
+    EXPLAINED_SHARE,
+    LAW_FORM_SHARE,
+    LAW_SHARE,
+    REFERENCE_RATIO,
+    SLOW_RATIO,
+    WANDERING_SPREAD_SHARE,
+    WHITE_SHARE,
+)
 from ..fits.refit import Fitted
 from ..fits.response import places_of
 from ..residual.predictable import predictable_share
 from ..runs.motion_signals import coordinate_units
 from .hypotheses import Hypothesis
-from .supported import MATERIAL, Choice
-
-STRUCTURE = 0.1
-"""Share of a residual that must be predictable to call it a law and not noise."""
-WANDERING = 0.02
-"""Part of a channel's spread beyond which a residual that is no law, but not white either, is no instrument's noise."""
-WHITE = 0.5
-"""Share of a residual that must change from sample to sample to be called white."""
-SLOW = 6.0
-"""Residual over its white part beyond which it is no instrument's noise, even if it is smaller than that."""
-EXPLAINED = 0.8
-"""Share of the gap that effects must close where something lawful is left all the same."""
-REFERENCE = 1.3
-"""A gap within this factor of that on reference runs is the model's form."""
+from .supported import Choice
 
 
 @dataclass(frozen=True)
@@ -107,18 +103,18 @@ def open_channels(one: Hypothesis, base: Fitted, calm: Fitted | None, stepped: S
     """
     fitted = one.fitted
     mean_square, spread = fitted.rmse**2, fitted.spread
-    form = FORM_OF_EFFECT * np.maximum(base.rmse**2 - mean_square, 0.0)
+    form = LAW_FORM_SHARE * np.maximum(base.rmse**2 - mean_square, 0.0)
     share = _predictable(fitted)
-    lawful = (share > STRUCTURE) & (share * mean_square > np.maximum((MATERIAL * spread) ** 2, form))
+    lawful = (share > LAW_SHARE) & (share * mean_square > np.maximum((EFFECT_SPREAD_SHARE * spread) ** 2, form))
     white = np.minimum(white_noise(fitted) ** 2, mean_square)
     coloured = mean_square - white
-    large = np.where(mean_square > SLOW**2 * white, MATERIAL, WANDERING) * spread
-    wandering = (white < WHITE * mean_square) & (coloured > np.maximum(large**2, form))
+    large = np.where(mean_square > SLOW_RATIO**2 * white, EFFECT_SPREAD_SHARE, WANDERING_SPREAD_SHARE) * spread
+    wandering = (white < WHITE_SHARE * mean_square) & (coloured > np.maximum(large**2, form))
     wandering &= ~np.isin(fitted.problem.channels, list(stepped))
     found = lawful | wandering
     if calm is not None:
-        above = fitted.rmse**2 - (REFERENCE * calm.rmse) ** 2
-        found = (found & (above > 0.0)) | (above > np.maximum((MATERIAL * spread) ** 2, form))
+        above = fitted.rmse**2 - (REFERENCE_RATIO * calm.rmse) ** 2
+        found = (found & (above > 0.0)) | (above > np.maximum((EFFECT_SPREAD_SHARE * spread) ** 2, form))
     return found
 
 
@@ -130,7 +126,7 @@ def _mostly_explained(one: Hypothesis, base: Fitted, calm: Fitted | None) -> Boo
     """Channels in which the effects close nearly all of the gap, though their law is not quite the true one."""
     noise = np.minimum(white_noise(one.fitted), one.fitted.rmse) if calm is None else calm.rmse
     gap = np.maximum(base.rmse**2 - noise**2, 1e-300)
-    return (one.fitted.rmse**2 - noise**2 < (1.0 - EXPLAINED) * gap) & bool(one.effects)
+    return (one.fitted.rmse**2 - noise**2 < (1.0 - EXPLAINED_SHARE) * gap) & bool(one.effects)
 
 
 def white_noise(fitted: Fitted) -> FloatArray:

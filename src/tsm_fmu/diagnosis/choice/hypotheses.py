@@ -13,24 +13,15 @@ from ...regression.held_out import SETTLING
 from ...regression.problem import FitRun, FloatArray
 from ...regression.thinning import thinned
 from ...regression.threads import together
+from ..criteria import LEFT_OUT_PARTS, PLACES_OF_AN_EFFECT, PROBED_CANDIDATES, REFITTED_CANDIDATES, RIVAL_COST_RATIO
 from ..fits.nuisance import Start, best_of, extended, is_form, material, without
 from ..fits.refit import Fitted, effective_samples, rms
 from ..fits.screening import Screened
 
-REFITTED = 10
-"""Candidates of the linear step that are refitted."""
-FOLDS = 3
-"""Parts of the measured runs that are left out in turn where no run is held out."""
 FOLD_STEPS = 6
-PROBED = 8
-"""Candidates of the linear step that are probed for a further effect: each is a chain to compile."""
 PROBE_ROWS = 3000
 """Samples of all runs together on which candidates are probed."""
 PROBE_STEPS = 4
-RIVAL = 1.3
-"""Costs within this factor of the least are fits worth comparing to the last per cent."""
-PLACES_EACH = 2
-"""Places of one effect among these."""
 
 
 @dataclass(frozen=True)
@@ -119,13 +110,13 @@ class Hypothesis:
         return [n for n in self.fitted.values if n.startswith(prefix)]
 
 
-def shortlist(screened: Sequence[Screened], most: int = REFITTED) -> list[Screened]:
+def shortlist(screened: Sequence[Screened], most: int = REFITTED_CANDIDATES) -> list[Screened]:
     """Best of the screened candidates, with no effect at more than a few places."""
     taken: dict[str, int] = {}
     found = []
     for s in screened:
         name = s.attached.module.NAME
-        if s.gain > 0.0 and taken.get(name, 0) < PLACES_EACH:
+        if s.gain > 0.0 and taken.get(name, 0) < PLACES_OF_AN_EFFECT:
             taken[name] = taken.get(name, 0) + 1
             found.append(s)
     return found[:most]
@@ -158,7 +149,7 @@ def with_fit(one: Hypothesis, fitted: Fitted, holdout: Sequence[FitRun]) -> Hypo
 
 
 def probed(base: Fitted, screened: Sequence[Screened], free: Sequence[str]) -> list[Screened]:
-    """The first `PROBED` candidates by what a few steps of a refit gain, on few samples; best first.
+    """The first `PROBED_CANDIDATES` candidates by what a few steps of a refit gain, on few samples; best first.
 
     Beside an effect that is there, one linear step can miss another: parameters that took part of it have far to go.
 
@@ -180,12 +171,13 @@ def probed(base: Fitted, screened: Sequence[Screened], free: Sequence[str]) -> l
             return s  # the values of the linear step are not allowed in the chain
         return replace(s, gain=max(s.gain, float(np.sum(2.0 * np.log(small.rmse / np.maximum(left, 1e-300))))))
 
-    return sorted(together(one, screened[:PROBED]), key=lambda s: -s.gain)
+    return sorted(together(one, screened[:PROBED_CANDIDATES]), key=lambda s: -s.gain)
 
 
 def tried(
     base: Hypothesis, screened: Sequence[Screened], holdout: Sequence[FitRun], calm: Fitted | None = None,
-    starts: Mapping[str, Start] | None = None, progress: Callable[[str], None] = lambda _: None, most: int = REFITTED,
+    starts: Mapping[str, Start] | None = None, progress: Callable[[str], None] = lambda _: None,
+    most: int = REFITTED_CANDIDATES,
 ) -> list[Hypothesis]:  # fmt: skip
     """One hypothesis for each of the best candidates on top of another hypothesis.
 
@@ -228,7 +220,7 @@ def rivals_again(hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) ->
     best = min(hypotheses, key=lambda h: h.fitted.cost)
 
     def again(one: Hypothesis) -> Hypothesis:
-        if one is best or one.fitted.cost > RIVAL * best.fitted.cost:
+        if one is best or one.fitted.cost > RIVAL_COST_RATIO * best.fitted.cost:
             return one
         names = {n for spec in one.added for n in one.parameters_of(spec)}
         values = {**best.fitted.values, **{n: v for n, v in one.fitted.values.items() if n in names}}
@@ -258,12 +250,12 @@ def foldable(runs: Sequence[FitRun]) -> bool:
 def folded(one: Hypothesis) -> Hypothesis:
     """The same with what it leaves on runs that are left out in turn, as if they were held out."""
     runs, residuals = one.fitted.problem.runs, []
-    for k in range(min(FOLDS, len(runs))):
-        kept = [j for j in range(len(runs)) if j % FOLDS != k]
+    for k in range(min(LEFT_OUT_PARTS, len(runs))):
+        kept = [j for j in range(len(runs)) if j % LEFT_OUT_PARTS != k]
         task = replace(one.fitted.task, runs=[runs[j] for j in kept])
         start = one.fitted.values, {name: values[kept] for name, values in one.fitted.per_run.items()}
         fitted = best_of(
             replace(one.fitted, task=task), one.fitted.effects, [start], one.free, one.fitted.released, FOLD_STEPS
         )
-        residuals += fitted.held_out_errors(runs[k::FOLDS])
+        residuals += fitted.held_out_errors(runs[k::LEFT_OUT_PARTS])
     return replace(one, held=rms(residuals) ** 2, effective_held=effective_samples(residuals))

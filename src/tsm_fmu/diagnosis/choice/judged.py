@@ -7,14 +7,12 @@ from dataclasses import dataclass, replace
 
 from ...regression.problem import FitRun
 from ...regression.threads import together
+from ..criteria import FOLDED_HYPOTHESES
 from .baselines import Baselines
 from .floors import Floors, floors_of
 from .hypotheses import Hypothesis, foldable, folded
 from .patches import without_patches
 from .supported import Choice, chosen, left
-
-FOLDED = 6
-"""Best hypotheses that are judged by runs left out in turn."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,7 @@ def judged(
     """
     if not holdout and foldable(baselines.refitted.fitted.task.runs):
         progress("runs left out in turn")
-        best = sorted(found[1:], key=left)[:FOLDED]
+        best = sorted(found[1:], key=left)[:FOLDED_HYPOTHESES]
         refitted, *found = together(folded, [baselines.refitted, found[0], *best])
         baselines = replace(baselines, refitted=refitted, with_nuisances=found[0])
     choice = chosen(found, baselines.refitted)

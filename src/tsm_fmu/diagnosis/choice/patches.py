@@ -13,14 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from ...regression.problem import BoolArray, FitRun, FloatArray
+from ..criteria import EFFECT_SPREAD_SHARE, FURTHER_RATIO, STRONGEST_RATIO
 from ..fits.nuisance import without
 from .hypotheses import Hypothesis, hypothesis
-from .supported import MATERIAL, Choice, left
-
-STRONGEST = 0.5
-"""Mean square that the effect that removes most must remove, over what is left."""
-FURTHER = 1.0
-"""The same of a further effect."""
+from .supported import Choice, left
 
 
 def without_patches(
@@ -41,7 +37,8 @@ def without_patches(
     for one in choice.supported:
         worth = {spec: _worth(one, spec, hypotheses, open_) for spec in one.effects}
         strongest = max(worth, key=lambda spec: worth[spec])
-        kept = [spec for spec in one.effects if worth[spec] >= (STRONGEST if spec == strongest else FURTHER)]
+        least = dict.fromkeys(one.effects, FURTHER_RATIO) | {strongest: STRONGEST_RATIO}
+        kept = [spec for spec in one.effects if worth[spec] >= least[spec]]
         fewer = one if len(kept) == len(one.effects) else _only(one, kept, hypotheses, holdout)
         if fewer.effects and all(set(fewer.effects) != set(other.effects) for other in found):
             found.append(fewer)
@@ -55,7 +52,7 @@ def _worth(one: Hypothesis, spec: str, hypotheses: Sequence[Hypothesis], open_: 
         removed = (one.material[spec] * one.fitted.spread) ** 2
     else:
         removed = _less(one, spec, hypotheses) - one.measured
-    acts = removed > (MATERIAL * one.fitted.spread) ** 2
+    acts = removed > (EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
     return float(np.max(np.where(open_, removed / one.measured, np.inf)[acts], initial=0.0))
 
 

@@ -11,6 +11,7 @@ from ...effects import sizes_as
 from ...kernels.chain_source import Attached
 from ...kernels.kernel import Kernel
 from ...regression.problem import FitRun
+from ..criteria import EFFECT_SPREAD_SHARE, FURTHER_CANDIDATES, MOST_EFFECTS, SWAPPED_EFFECTS
 from ..fits.nuisance import Start
 from ..fits.refit import Fitted
 from ..fits.response import places_of
@@ -18,13 +19,7 @@ from ..fits.screening import Screened, possible, screen
 from .baselines import Baselines
 from .floors import open_channels
 from .hypotheses import Hypothesis, interleaved, probed, rivals_again, tried
-from .supported import MATERIAL, chosen, fewer_again, leading, left
-
-MOST_EFFECTS = 3
-SECOND = 4
-"""Candidates refitted on top of each effect that is there."""
-SWAPPED = 4
-"""First effects tried again beside a second one: the best single effect need not be in the best pair."""
+from .supported import chosen, fewer_again, leading, left
 
 
 @dataclass(frozen=True)
@@ -91,7 +86,7 @@ class Search:
         if base.added:
             self.progress("probe of a further effect")
             screened = probed(fitted, screened, base.free)
-            screened = [s for s in screened if _promises(s.gain, before)][: len(base.material) + SECOND]
+            screened = [s for s in screened if _promises(s.gain, before)][: len(base.material) + FURTHER_CANDIDATES]
         return screened, starts
 
     def _with_other_pairs(
@@ -100,7 +95,7 @@ class Search:
     ) -> list[Hypothesis]:  # fmt: skip
         """With the second effect of the best pair beside other first ones, and close pairs refitted again."""
         candidate = [s for s in screened if s.attached.spec == second]
-        others = [h for h in sorted(singles, key=left) if h is not first][:SWAPPED]
+        others = [h for h in sorted(singles, key=left) if h is not first][:SWAPPED_EFFECTS]
         pairs = [h for h in found if len(h.added) == 2]
         for other in others:
             if second not in other.fitted.effects:
@@ -138,4 +133,4 @@ def candidate_places(model: Kernel, fitted: Fitted, travel: float = np.inf) -> l
 
 def _promises(gain: float, fitted: Fitted) -> bool:
     """Whether a candidate takes enough of what is left to matter, by its linear step or its probe."""
-    return bool((np.sqrt(-np.expm1(-gain)) * fitted.rmse > MATERIAL * fitted.spread).any())
+    return bool((np.sqrt(-np.expm1(-gain)) * fitted.rmse > EFFECT_SPREAD_SHARE * fitted.spread).any())

@@ -4,7 +4,7 @@ What a hypothesis leaves is compared with what the best one leaves, on measured 
 channel. A difference counts only beyond
 
 * noise: what autocorrelated noise makes of the mean square of as many independent samples,
-* form: the true law is never quite that of the library, and a right name leaves part of its effect (`FORM_OF_EFFECT`).
+* form: the true law is never quite that of the library, and a right name leaves part of its effect (`LAW_FORM_SHARE`).
 
 Of what is not told apart by that, the fewest effects win; several with as few are a set, but for those that need more
 parameters to leave as much.
@@ -20,20 +20,16 @@ import numpy as np
 from ...effects import looks_like
 from ...regression.problem import BoolArray, FitRun, FloatArray
 from ...regression.threads import together
-from ..fits.nuisance import FORM_OF_EFFECT, nearly_gone, without
+from ..criteria import (
+    CLEAN_EFFECT_SPREAD_SHARE,
+    CONVERGED_SHARE,
+    DIFFERENCE_DEVIANCE,
+    EFFECT_SPREAD_SHARE,
+    FIT_SPREAD_SHARE,
+    LAW_FORM_SHARE,
+)
+from ..fits.nuisance import nearly_gone, without
 from .hypotheses import Hypothesis, weigh, with_fit
-
-MATERIAL = 0.012
-"""An effect that removes less than this part of a channel's spread is within the form of any friction model."""
-SMALLEST = 0.006
-"""The same where a hypothesis removes nearly all that is left: a wrong form is not that simple, so none of it is
-allowed for there either."""
-FORM = 0.003
-"""Difference between two fits, as part of the spread, that says nothing about which is right."""
-EVIDENCE = 8.0
-"""Twice the log likelihood that a difference must make."""
-CONVERGED = 2e-3
-"""Part of the mean square by which refits end apart that differ in rounding only: it must not decide."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +96,8 @@ def dominated(one: Hypothesis, other: Hypothesis) -> bool:
     pairs = [(one.measured, other.measured, one.effective)]
     if one.held is not None and other.held is not None:
         pairs.append((one.held, other.held, one.effective_held))
-    return all((theirs <= mine * (1.0 + CONVERGED + EVIDENCE / effective)).all() for mine, theirs, effective in pairs)
+    margins = [CONVERGED_SHARE + DIFFERENCE_DEVIANCE / effective for *_, effective in pairs]
+    return all((theirs <= mine * (1.0 + m)).all() for (mine, theirs, _), m in zip(pairs, margins, strict=True))
 
 
 def leading(hypotheses: Sequence[Hypothesis]) -> Hypothesis:
@@ -136,7 +133,7 @@ def left(one: Hypothesis) -> float:
     """What a hypothesis leaves as one number: log of its mean squares over the spread."""
     parts = [one.measured] if one.held is None else [one.measured, one.held]
     spread = one.fitted.spread**2
-    return float(np.mean([np.sum(np.log(p / spread + FORM**2)) for p in parts]))
+    return float(np.mean([np.sum(np.log(p / spread + FIT_SPREAD_SHARE**2)) for p in parts]))
 
 
 def indistinct(one: Hypothesis, best: Hypothesis, plain: Hypothesis, others: Sequence[Hypothesis] = ()) -> bool:
@@ -153,8 +150,9 @@ def indistinct(one: Hypothesis, best: Hypothesis, plain: Hypothesis, others: Seq
     spread = best.fitted.spread**2
     fewer = not one.effects or len(one.effects) < len(best.effects)  # the surplus must matter
     clean = _clean(one, best)
-    limit = np.square(np.where(clean, SMALLEST, MATERIAL) if fewer else FORM) * spread
-    form = np.where(clean, 0.0, FORM_OF_EFFECT)
+    least = np.where(clean, CLEAN_EFFECT_SPREAD_SHARE, EFFECT_SPREAD_SHARE)
+    limit = np.square(least if fewer else FIT_SPREAD_SHARE) * spread
+    form = np.where(clean, 0.0, LAW_FORM_SHARE)
     if fewer:
         limit = np.maximum(limit, best.fitted.task.form**2)
     nothing, nothing_held = _shared(one, best, plain, others)
@@ -163,7 +161,7 @@ def indistinct(one: Hypothesis, best: Hypothesis, plain: Hypothesis, others: Seq
         pairs.append((one.held, best.held, nothing_held, best.effective_held))
     for mine, least, before, effective in pairs:
         removed = np.maximum(before - least, 0.0)
-        noise = EVIDENCE * least / effective
+        noise = DIFFERENCE_DEVIANCE * least / effective
         if (mine - least > limit + form * removed + noise).any():
             return False
     return True

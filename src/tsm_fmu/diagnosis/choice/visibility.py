@@ -1,9 +1,9 @@
 """What a log can show: an effect that would be plain in ordinary use, as these runs would show it.
 
-Its amount is set so that it makes `SIZE` of a channel's spread in ordinary use: strokes over the range of the log at
-up to `FREQUENCY`, holds between, a load that swings, a turn and a half of a drum. What the same amount would do in the
-runs, beyond what the baseline's parameters imitate, is seen or is not. An effect that the baseline has already shows
-in neither; it is not called unexcited.
+Its amount is set so that it makes `ORDINARY_SPREAD_SHARE` of a channel's spread in ordinary use: strokes over the range
+of the log at up to `ORDINARY_HZ`, holds between, a load that swings, a turn and a half of a drum. What the same amount
+would do in the runs, beyond what the baseline's parameters imitate, is seen or is not. An effect that the baseline has
+already shows in neither; it is not called unexcited.
 """
 
 from __future__ import annotations
@@ -20,21 +20,20 @@ from ...kernels.kernel import kernel
 from ...regression.problem import FitRun, FloatArray
 from ...regression.thinning import thinned
 from ...regression.threads import together
+from ..criteria import (
+    CONTAINED_SHARE,
+    EFFECT_SPREAD_SHARE,
+    ORDINARY_HZ,
+    ORDINARY_SPREAD_SHARE,
+    ORDINARY_TURNS,
+    VISIBLE_DEVIANCE,
+)
 from ..fits.refit import Fitted, rms
 from ..fits.response import Responses
 from ..fits.screening import least_stroke
 from ..runs.thinning import motion_channel
 from .hypotheses import Hypothesis
-from .supported import MATERIAL
 
-SIZE = 0.05
-FREQUENCY = 1.0
-"""Highest frequency of a full stroke in ordinary use [Hz]; tendon-sheath drives of robots and exosuits reach it."""
-TURNS = 1.5
-EVIDENCE = 16.0
-"""Twice the log likelihood that it must gain."""
-CONTAINED = 0.03
-"""An effect of which less than this part is beyond the baseline in ordinary use is in the baseline already."""
 STEP, LENGTH = 0.01, 16.0
 ROWS = 3000
 
@@ -57,10 +56,11 @@ def unexcited(
     seen = dict.fromkeys(offered, False) | {c.module.NAME: False for c in candidates}
     contained = dict.fromkeys(seen, True)
     short = base.at(thinned(base.problem.kernel, base.problem.runs, ROWS, ROWS // 10))
-    detect = np.maximum(MATERIAL, np.sqrt(EVIDENCE / best.effective) * best.fitted.rmse / base.spread)
+    noise = best.fitted.rmse / base.spread
+    detect = np.maximum(EFFECT_SPREAD_SHARE, np.sqrt(VISIBLE_DEVIANCE / best.effective) * noise)
     plain = turning = _Compared(short, base.spread, ordinary(short, 0.0))
     if any(c.module.ABOUT.turns for c in candidates):
-        turning = _Compared(short, base.spread, ordinary(short, 2.0 * np.pi * TURNS))
+        turning = _Compared(short, base.spread, ordinary(short, 2.0 * np.pi * ORDINARY_TURNS))
 
     def shown(one: Attached) -> tuple[bool, bool]:
         compared = turning if one.module.ABOUT.turns else plain
@@ -93,11 +93,11 @@ class _Compared:
                 whole = self._rms(there).max()
                 if whole <= 0.0:
                     continue
-                found.append(SIZE * self._rms(self.here.outside(now)) / whole)
+                found.append(ORDINARY_SPREAD_SHARE * self._rms(self.here.outside(now)) / whole)
                 beyond.append(self._rms(self.there.outside(there)).max() / whole)
         if not found:
             return np.zeros(self.channels), False
-        return np.median(found, axis=0), float(np.median(beyond)) < CONTAINED
+        return np.median(found, axis=0), float(np.median(beyond)) < CONTAINED_SHARE
 
     def _rms(self, column: FloatArray) -> FloatArray:
         return np.sqrt(np.mean(column.reshape(-1, self.channels) ** 2, axis=0))
@@ -126,7 +126,7 @@ def ordinary(fitted: Fitted, travel: float) -> Fitted:
 
 def _sweep(t: FloatArray) -> FloatArray:
     swell = 0.7 + 0.3 * np.sin(2.0 * np.pi * 0.09 * t)
-    return np.minimum(t / 0.5, 1.0) * swell * chirp(t, 0.12 * FREQUENCY, t[-1], FREQUENCY, phi=-90)
+    return np.minimum(t / 0.5, 1.0) * swell * chirp(t, 0.12 * ORDINARY_HZ, t[-1], ORDINARY_HZ, phi=-90)
 
 
 def _strokes(t: FloatArray) -> FloatArray:
@@ -134,7 +134,7 @@ def _strokes(t: FloatArray) -> FloatArray:
     x, now, at, k = np.zeros(t.size), 0.0, 0.3, 0
     while at < t[-1]:
         goal = (0.9, 0.7, 1.0, 0.6)[k % 4] * (1.0 if k % 2 == 0 else -1.0)
-        length, hold = (0.5, 0.9, 1.4)[k % 3] / FREQUENCY, (0.1, 1.0, 0.3, 3.0)[k % 4]
+        length, hold = (0.5, 0.9, 1.4)[k % 3] / ORDINARY_HZ, (0.1, 1.0, 0.3, 3.0)[k % 4]
         q = np.clip((t - at) / length, 0.0, 1.0)
         x = np.where(t >= at, now + (goal - now) * q**3 * (10.0 - 15.0 * q + 6.0 * q**2), x)
         now, at, k = goal, at + length + hold, k + 1

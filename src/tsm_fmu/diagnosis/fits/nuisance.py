@@ -17,18 +17,11 @@ from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
 from ...regression.problem import BoolArray, FloatArray
+from ..criteria import LAW_FORM_SHARE, NEARLY_ALL_SHARE, NUISANCE_SPREAD_SHARE, SHAPE_SPREAD_SHARE
 from .refit import STEPS, Fitted, Task, refit
 from .response import public
 from .screening import Screened, places_of_effect, screen
 
-SMALL = 0.015
-"""A freedom is an effect of its own if what it removes is more than this part of a channel's spread."""
-SHAPE = 0.08
-"""The same of the shape after a reversal: rigs differ by that much in it, and a model has but one."""
-FORM_OF_EFFECT = 0.03
-"""Share of what the best hypothesis removes that a right one may leave, because its law is not quite the true one."""
-CLEAN = 0.9
-"""Share of the mean square that is nearly all: no wrong form is that simple."""
 RELAXED = 0.1
 FIRST = 5
 """Steps of a refit from each of several starts; the best is then refitted on."""
@@ -87,7 +80,7 @@ def freed(base: Fitted, free: Sequence[str]) -> Fitted:
 
 
 def tied(fitted: Fitted, free: Sequence[str]) -> Fitted:
-    """A refit in which the zeros of the runs are worth what a zero is: it moves by `SMALL` of the spread.
+    """A refit in which the zeros of the runs are held together: one moves by `NUISANCE_SPREAD_SHARE` of the spread.
 
     A load that is constant in each run and differs between them is a constant to each run: free zeros would take
     what the law of the load is. The weight of a zero is that of independent samples with what the fit leaves; where
@@ -98,7 +91,8 @@ def tied(fitted: Fitted, free: Sequence[str]) -> Fitted:
         return fitted
     weights = fitted.rmse * fitted.problem.weights
     length = sum(r.targets.shape[0] for r in fitted.problem.runs) / fitted.effective
-    each = dict(zip(fitted.problem.channels, weights * np.sqrt(length) / (SMALL * fitted.spread), strict=True))
+    zero = NUISANCE_SPREAD_SHARE * fitted.spread
+    each = dict(zip(fitted.problem.channels, weights * np.sqrt(length) / zero, strict=True))
     task = replace(fitted.task, zeros={name: float(each[name.partition(".")[0]]) for name in names})
     return best_of(replace(fitted, task=task), fitted.effects, [(fitted.values, fitted.per_run)], free)
 
@@ -235,20 +229,20 @@ def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[
         What each removes as part of a channel's spread, and the fit without it.
     """
     found = {}
-    of_effects = FORM_OF_EFFECT * np.maximum(fitted.task.gap**2 - fitted.rmse**2, 0.0)
+    of_effects = LAW_FORM_SHARE * np.maximum(fitted.task.gap**2 - fitted.rmse**2, 0.0)
     form = np.sqrt(np.maximum(fitted.task.form**2, of_effects))
     for spec in fitted.effects:
-        if spec not in asked or float(fitted.share_of(spec).max()) < SMALL:
+        if spec not in asked or float(fitted.share_of(spec).max()) < NUISANCE_SPREAD_SHARE:
             continue
         less = without(fitted, spec, free)
-        if not (_removed(less, fitted) > np.maximum(SMALL * fitted.spread, form)).any():
+        if not (_removed(less, fitted) > np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, form)).any():
             continue
         less = min(less, without(fitted, spec, free, as_given=True), key=lambda f: f.cost)
         removed = _removed(less, fitted)
         added = [e for e in fitted.effects if e not in free]
         if looks_like(spec, added) and not nearly_gone(less.rmse**2, fitted.rmse**2).any():
             continue  # beside what it hides behind it corrects the form of a law
-        if (removed > np.maximum(SMALL * fitted.spread, form)).any():
+        if (removed > np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, form)).any():
             found[spec] = float(np.max(removed / np.maximum(fitted.spread, 1e-300))), less
     return found
 
@@ -264,7 +258,7 @@ def is_form(spec: str, share: float, task: Task, spread: FloatArray) -> bool:
     spread : ndarray, shape (channels,)
     """
     there = float(np.max(task.earned.get(spec, np.zeros(1)) / np.maximum(spread, 1e-300)))
-    return _on_friction(spec) and share <= max(SHAPE, there)
+    return _on_friction(spec) and share <= max(SHAPE_SPREAD_SHARE, there)
 
 
 def earned(calm: Fitted, free: Sequence[str]) -> dict[str, FloatArray]:
@@ -283,4 +277,4 @@ def _removed(before: Fitted, after: Fitted) -> FloatArray:
 
 def nearly_gone(before: FloatArray, after: FloatArray) -> BoolArray:
     """Channels in which next to nothing of a mean square is left."""
-    return after < (1.0 - CLEAN) * before
+    return after < (1.0 - NEARLY_ALL_SHARE) * before

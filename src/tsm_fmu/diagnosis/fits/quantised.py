@@ -13,13 +13,11 @@ from ...kernels.kernel import kernel
 from ...logs.quantisation import quantisation_step
 from ...regression.problem import FitRun, FloatArray, Problem
 from ...regression.specification import search_space
-from ..choice.supported import MATERIAL
+from ..criteria import EFFECT_SPREAD_SHARE, LEVEL_STEP_SHARE
 from .refit import Fitted
 
 READ = next(module for module in EFFECTS if module.ABOUT.role == "read")
 """The effect of few levels."""
-EXACT = 1e-3
-"""Part of a step by which values may be off their levels: digits of the log."""
 
 
 @dataclass(frozen=True)
@@ -56,12 +54,12 @@ def coarse(runs: Sequence[FitRun], channels: Sequence[str], spread: FloatArray) 
     for c, channel in enumerate(channels):
         y = np.concatenate([run.targets[:, c] for run in runs])
         q = quantisation_step(y)
-        if q / np.sqrt(12.0) <= MATERIAL * spread[c]:
+        if q / np.sqrt(12.0) <= EFFECT_SPREAD_SHARE * spread[c]:
             continue
         turn = np.exp(2j * np.pi * y / q)
         y_0 = float(np.angle(turn.mean()) / (2.0 * np.pi) * q)
         off = np.abs((y - y_0) / q - np.round((y - y_0) / q))
-        if np.quantile(off, 0.99) < EXACT:
+        if np.quantile(off, 0.99) < LEVEL_STEP_SHARE:
             found.append(Levels(channel, float(q), y_0))
     return found
 

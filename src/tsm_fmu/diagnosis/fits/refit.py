@@ -17,11 +17,10 @@ from ...regression.problem import FitRun, FloatArray, Problem
 from ...regression.sensitivity import sensitivity_scales
 from ...regression.specification import per_run_fields, search_space
 from ...regression.uncertainty import autocorrelation_time
+from ..criteria import REMEMBERED_SHARE
 
 STEPS = 15
 """Steps of one refit at most."""
-REMEMBERED = 0.05
-"""Part of what a state at the start does in all of a run that it must do where the run is compared, to be fitted."""
 
 
 @dataclass(frozen=True)
@@ -283,7 +282,7 @@ def _forgotten(problem: Problem, start: FloatArray) -> list[str]:
             row[problem.fields.index(name)] += 1e-6
             change = np.nan_to_num(problem.played(k, row) - problem.played(k, start[k]))[:, problem.columns] ** 2
             there, all_ = there + float(change[run.lead_time.size :].sum()), all_ + float(change.sum())
-        if there < REMEMBERED**2 * all_:
+        if there < REMEMBERED_SHARE**2 * all_:
             found.append(name)
     return found
 

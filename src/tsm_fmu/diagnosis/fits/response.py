@@ -18,13 +18,12 @@ from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError
 from ...regression.problem import FloatArray
 from ...regression.sensitivity import output_jacobian
+from ..criteria import SHAPE_RANGE_RATIO
 from ..runs.motion_signals import Coordinates, coordinates_of
 from .refit import Fitted
 
 SHAPES = 7
 """Shapes tried for each shape parameter of an effect."""
-WIDER = 2.0
-"""A refit may leave the range of the shapes tried by this factor."""
 EVENLY: tuple[Scale, ...] = ("position", "angle")
 """Scales over which shapes are spread evenly, and not over the logarithm."""
 
@@ -202,8 +201,8 @@ class _Extent:
         lo, hi = self.drawn(shape, 0.0), self.drawn(shape, 1.0)
         if shape.scale in EVENLY:
             middle, half = 0.5 * (lo + hi), 0.5 * (hi - lo)
-            return middle - WIDER * half, middle + WIDER * half
-        return lo / WIDER, hi * WIDER
+            return middle - SHAPE_RANGE_RATIO * half, middle + SHAPE_RANGE_RATIO * half
+        return lo / SHAPE_RANGE_RATIO, hi * SHAPE_RANGE_RATIO
 
 
 def normalised(columns: FloatArray) -> FloatArray:

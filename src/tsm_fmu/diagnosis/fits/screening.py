@@ -24,6 +24,7 @@ from ...models.contract import InputError
 from ...regression.problem import BoolArray, FloatArray
 from ...regression.thinning import thinned
 from ...regression.threads import together
+from ..criteria import IMITATED_SHARE
 from .refit import Fitted
 from .response import Responses, public
 
@@ -31,8 +32,6 @@ ROWS = 3000
 """Samples of all runs together that the linear step looks at."""
 DAMPING = 1e-4
 """Keeps a response small of which nearly all is imitated by the baseline: the linear step must not lead far away."""
-IMITATED = 1e-3
-"""A response of which less than this part is beyond the baseline's parameters says nothing."""
 MOTION_UNITS = ("rad", "m")
 
 
@@ -156,7 +155,7 @@ class _Bench:
         """Log of the mean square left over that without the effect, and the amounts of its size parameters."""
         outside = self.responses.outside(columns)
         scale, whole = np.linalg.norm(outside, axis=0), np.linalg.norm(columns, axis=0)
-        shows = scale > IMITATED * np.where(whole > 0.0, whole, np.inf)
+        shows = scale > IMITATED_SHARE * np.where(whole > 0.0, whole, np.inf)
         used = outside / np.where(shows, scale, np.inf)
         signed = {v.name: v.quantity.lo < 0.0 for v in effect.parameters}
         owner = [(i, sign) for i, n in enumerate(sizes) for sign in ((1.0, -1.0) if signed[n] else (1.0,))]

@@ -13,7 +13,6 @@ from ...effects import about, words
 from ...logs.display import display
 from ...report import Section, Table, write_report
 from ..answer.sentence import (
-    TELLING,
     best_wrong,
     changes_text,
     closure_text,
@@ -23,14 +22,13 @@ from ..answer.sentence import (
     range_text,
     share_text,
 )
+from ..criteria import CARRIED_OVER_RATIO, TELLING_SHARE
 from ..evidence import Candidate, Gap, Place
 from ..residual.library import LEGEND
 from ..result import Diagnosis
 from .plots import dependence_figures, motion_figures, run_sections
 
 MOST_PLACES = 12
-ELSEWHERE = 2.0
-"""Error on held-out runs over that on measured ones beyond which a fit does not carry over."""
 PLAIN = {"N/(m/s2)": "kg", "N.m/(rad/s2)": "kg.m2", "N/(m/s)": "N.s/m", "N.m/(rad/s)": "N.m.s/rad"}
 """Units of effects in the form that people use."""
 
@@ -62,7 +60,7 @@ def _gaps(found: Diagnosis) -> Section | None:
         "all but the least floor as gap. An effect that removes less than the threshold is not named.",
     ]  # fmt: skip
     for channel, g in found.gap.items():
-        if g.holdout_after is not None and g.holdout_after > ELSEWHERE * max(g.after, g.floor):
+        if g.holdout_after is not None and g.holdout_after > CARRIED_OVER_RATIO * max(g.after, g.floor):
             lines.append(
                 f"Caution: the error of {channel} on the held-out runs is {g.holdout_after / g.after:.2g} times that "
                 "on the measured ones: the fitted model does not fully carry over to their motion."
@@ -123,7 +121,7 @@ def _where(found: Diagnosis) -> Section | None:
     whose = "the model as given" if found.located == "given" else "the refitted model"
     telling: dict[str, list[str]] = {}
     for p in found.where:
-        if p.significant and p.explained - p.chance > TELLING:
+        if p.significant and p.explained - p.chance > TELLING_SHARE:
             parts = telling.setdefault(p.channel, [])
             parts.append(f"{_percent(p.share_of_gap)} {place_text(p)}" if parts else share_text(p))
     text = " ".join(f"{', '.join(parts[:3])}." for parts in telling.values())

@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from ...logs.display import Display, display
 from ...regression.problem import FloatArray
+from ..criteria import FORMULA_P, FORMULA_SHARE, FORMULA_TERMS
 from ..evidence import Formula, Place, ResidualShape
 from ..runs.motion_signals import Coordinates
 from .dependence import dependence
 from .library import folds, library
-from .sparse import MOST_TERMS, Sums, chosen, fitted, predicted_shares, share_of, smallest, sums
+from .sparse import Sums, chosen, fitted, predicted_shares, share_of, smallest, sums
 from .surrogates import surrogates, tail
 
 IntArray = NDArray[np.int_]
@@ -25,11 +26,6 @@ LEADING = 2
 """Coordinates shown for a channel."""
 ROWS = 4000
 NULLS = 39
-WORTH = 0.05
-"""Share of the residual that a formula must predict on left-out parts; less is no help."""
-ALARMS = 0.02
-"""Probability by chance below which a formula is given. Measured on noise of two runs: 3 % get one where the noise
-forgets within a twentieth of a run, 9 % where it forgets only within a fifth."""
 
 
 def shapes(
@@ -93,13 +89,13 @@ def formula(
     data = sums(matrix, np.concatenate(parts), fold)
     shares = predicted_shares(data)
     share = float(shares.max())
-    if share < WORTH:
+    if share < FORMULA_SHARE:
         return Formula(share=max(share, 0.0))
     rng = np.random.default_rng(seed)
     noise = np.concatenate([surrogates(p, NULLS, rng) for p in parts])
     by_chance = [_of_noise(data, matrix, noise[:, k], fold) for k in range(NULLS)]
     p = tail(share, np.array(by_chance))
-    if p > ALARMS:
+    if p > FORMULA_P:
         return Formula(share=share, p=p)
     count = smallest(shares)
     terms, optimiser = chosen(*data.whole, most=count)[-1], Formula.optimiser
@@ -147,6 +143,6 @@ def _by_sindy(matrix: FloatArray, residual: FloatArray, count: int) -> list[int]
     for threshold in np.geomspace(0.02, 1.0, 25):
         coefficients = STLSQ(threshold=threshold, alpha=1e-3).fit(matrix, residual[:, None] / size).coef_[0]
         left = np.flatnonzero(coefficients)
-        if left.size <= min(count, MOST_TERMS):
+        if left.size <= min(count, FORMULA_TERMS):
             return left.tolist()
     return []

@@ -23,11 +23,10 @@ from scipy.signal.windows import hann
 
 from ...regression.problem import FitRun, FloatArray
 from ...regression.residuals import period_of
+from ..criteria import HARMONIC_PERIODS
 from ..runs.motion_signals import Coordinates
 from .surrogates import tail
 
-FEWEST_PERIODS = 4
-"""Whole periods in a run below which its harmonics have no background beside them."""
 HARMONICS = 12
 SINGLE = 4
 """Harmonics that are looked at one by one."""
@@ -89,7 +88,7 @@ def _whole_periods(c: Coordinates) -> tuple[int, float, int] | None:
     """Samples in the largest whole number of periods, the period [s], and their number; None without enough."""
     x = c.x[:, None]
     period, n = period_of(FitRun("", c.time, x, x)), c.x.size
-    if period is None or n // period < FEWEST_PERIODS + 1:
+    if period is None or n // period < HARMONIC_PERIODS + 1:
         return None
     count = n // period - 1  # one period is left to compare with
     around = range(max(period, count * period - count), min(n - period // 2, count * period + count) + 1)

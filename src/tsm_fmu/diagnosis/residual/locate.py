@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from ...regression.problem import FloatArray
+from ..criteria import FALSE_DISCOVERY_RATE
 from ..evidence import Place
 from ..runs.motion_signals import Coordinates
 from .frequency import frequencies
@@ -17,8 +18,6 @@ from .surrogates import chance, surrogates
 
 BINS = 16
 SURROGATES = 199
-LEVEL = 0.05
-"""False discovery rate over coordinates and channels (Benjamini and Hochberg 1995)."""
 ROWS = 4000
 
 
@@ -71,7 +70,7 @@ def locate(
     return sorted(marked, key=lambda f: (not f.significant, f.chance - f.explained))
 
 
-def benjamini_hochberg(p: Sequence[float], level: float = LEVEL) -> list[bool]:
+def benjamini_hochberg(p: Sequence[float], level: float = FALSE_DISCOVERY_RATE) -> list[bool]:
     """Which of several p-values stay significant at a false discovery rate."""
     order = np.argsort(p)
     passed = [i for rank, i in enumerate(order, 1) if p[i] <= level * rank / len(p)]

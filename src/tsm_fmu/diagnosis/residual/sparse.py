@@ -10,10 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...regression.problem import FloatArray
+from ..criteria import FORMULA_TERM_SHARE, FORMULA_TERMS
 
-MOST_TERMS = 4
-PARSIMONY = 0.03
-"""A larger formula must predict this share more of the residual on the parts left out."""
 RIDGE = 1e-8
 
 
@@ -51,7 +49,7 @@ def sums(columns: FloatArray, residual: FloatArray, fold: NDArray[np.int_]) -> S
     )  # fmt: skip
 
 
-def chosen(gram: FloatArray, cross: FloatArray, most: int = MOST_TERMS) -> list[list[int]]:
+def chosen(gram: FloatArray, cross: FloatArray, most: int = FORMULA_TERMS) -> list[list[int]]:
     """Best sets of 1, 2, ... columns: each adds the column that helps most, then swaps single ones while that helps.
 
     Orthogonal least squares (Chen, Billings, Luo, Int. J. Control 50, 1989) with exchanges.
@@ -78,7 +76,7 @@ def fitted(gram: FloatArray, cross: FloatArray, terms: Sequence[int]) -> FloatAr
     return np.asarray(solved, float)
 
 
-def predicted_shares(data: Sums, most: int = MOST_TERMS) -> FloatArray:
+def predicted_shares(data: Sums, most: int = FORMULA_TERMS) -> FloatArray:
     """Share of the residual's mean square predicted on left-out folds with 1, 2, ... terms, chosen without them."""
     lost = np.zeros(min(most, data.cross.shape[1]))
     for f in range(data.power.size):
@@ -96,7 +94,7 @@ def share_of(data: Sums, terms: Sequence[int]) -> float:
 
 def smallest(shares: FloatArray) -> int:
     """Number of terms: the fewest that predict nearly as much as any number."""
-    return int(np.argmax(shares >= shares.max() - PARSIMONY)) + 1
+    return int(np.argmax(shares >= shares.max() - FORMULA_TERM_SHARE)) + 1
 
 
 def _loss(data: Sums, fold: int, terms: Sequence[int], coefficients: FloatArray) -> float:

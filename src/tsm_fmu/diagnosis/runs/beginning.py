@@ -13,13 +13,9 @@ import numpy as np
 
 from ...kernels.kernel import Kernel, kernel
 from ...regression.problem import FitRun
+from ..criteria import FORGOTTEN_STROKE_SHARE, LEFT_OUT_SHARE
 from .motion_signals import position_of
 from .thinning import motion_channel
-
-MOVED = 0.1
-"""Part of a run's stroke that the drive must have moved: five presliding distances of the usual size."""
-LONGEST = 0.5
-"""Part of a run's samples that are left out at most."""
 
 
 def compared(model: Kernel, run: FitRun, channels: Sequence[str]) -> FitRun:
@@ -37,8 +33,8 @@ def compared(model: Kernel, run: FitRun, channels: Sequence[str]) -> FitRun:
     x = position_of(model, run.time, run.inputs)
     low, high = np.quantile(x, [0.05, 0.95])
     moved = np.maximum.accumulate(x) - np.minimum.accumulate(x)
-    first = int(np.searchsorted(moved, MOVED * (high - low)))
-    return run.compared_from(min(first, int(LONGEST * run.time.size)))
+    first = int(np.searchsorted(moved, FORGOTTEN_STROKE_SHARE * (high - low)))
+    return run.compared_from(min(first, int(LEFT_OUT_SHARE * run.time.size)))
 
 
 def friction_channels(model: Kernel) -> set[str]:
@@ -59,7 +55,8 @@ def beginning_note(runs: Sequence[FitRun]) -> tuple[str, ...]:
     if not any(left_out):
         return ()
     low, high = f"{min(left_out):.2g}", f"{max(left_out):.2g}"
+    share = f"{100.0 * FORGOTTEN_STROKE_SHARE:.0f} %"
     return (
         f"each run is compared from {low if low == high else f'{low} to {high}'} s after its start, once the drive has "
-        f"moved by {100.0 * MOVED:.0f} % of its stroke: before, its friction is that of a past which is not in the log",
+        f"moved by {share} of its stroke: before, its friction is that of a past which is not in the log",
     )

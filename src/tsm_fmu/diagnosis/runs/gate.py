@@ -9,15 +9,9 @@ import numpy as np
 from ...checking import check_record
 from ...kernels.kernel import Kernel
 from ...logs.record import Record
+from ..criteria import CLIPPED_SHARE, FEWEST_SAMPLES, LIMIT_TO_LEVEL_RATIO, STUCK_RUN_SHARE
 from ..evidence import Gate
 from .thinning import motion_channel
-
-FEWEST = 200
-"""Samples that a run needs at least."""
-CLIPPED = 0.02
-"""A channel that stands at its limit for more than this part of a run is not a measurement of the drive."""
-OFTEN = 8.0
-"""Share of the samples at a limit over that at a level on average, beyond which it is a limit and not a level."""
 
 
 def gate(records: Sequence[Record], model: Kernel, channels: Sequence[str]) -> Gate:
@@ -37,13 +31,13 @@ def gate(records: Sequence[Record], model: Kernel, channels: Sequence[str]) -> G
         checked = check_record(record)
         told = [f for f in checked.findings if f.kind != "coverage" or len(records) == 1]
         notes += [f"{record.name}: {f.text}" for f in told]
-        if record.time.size < FEWEST:
-            refused.append(f"{record.name} has {record.time.size} samples, {FEWEST} or more are needed")
+        if record.time.size < FEWEST_SAMPLES:
+            refused.append(f"{record.name} has {record.time.size} samples, {FEWEST_SAMPLES} or more are needed")
         drive = record.columns.get(motion)
         moving |= drive is None or float(np.ptp(drive)) > 0.0
         for f in checked.findings:
             part = (f.rows[1] - f.rows[0] + 1) / record.time.size
-            if f.channel in channels and f.kind == "stuck" and part > 0.9:
+            if f.channel in channels and f.kind == "stuck" and part > STUCK_RUN_SHARE:
                 refused.append(f"{record.name}: {f.text}")
             if f.channel in channels and f.kind == "clipping" and _clipped(record.columns[f.channel]):
                 refused.append(f"{record.name}: {f.text}")
@@ -56,4 +50,4 @@ def _clipped(x: np.ndarray) -> bool:
     """Whether the signal stands at its limit for long, and far longer than a coarse converter stands at each level."""
     levels = np.unique(x).size
     at_limit = max(float(np.mean(x == x.max())), float(np.mean(x == x.min())))
-    return at_limit > CLIPPED and at_limit > OFTEN / levels
+    return at_limit > CLIPPED_SHARE and at_limit > LIMIT_TO_LEVEL_RATIO / levels

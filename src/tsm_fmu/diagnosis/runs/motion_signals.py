@@ -9,11 +9,10 @@ import numpy as np
 from ...effects import coordinates
 from ...kernels.kernel import Kernel
 from ...regression.problem import FitRun, FloatArray
+from ..criteria import REST_SPEED_SHARE
 from .thinning import motion_channel
 
 MOTION = Kernel(coordinates)
-REST = 0.02
-"""A speed below this part of its RMS counts as standing still."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +114,7 @@ def _settled_direction(x: FloatArray, dead: float) -> FloatArray:
 
 
 def _last_hold(v: FloatArray, time: FloatArray) -> FloatArray:
-    moving = np.abs(v) > REST * np.sqrt(np.mean(v**2))
+    moving = np.abs(v) > REST_SPEED_SHARE * np.sqrt(np.mean(v**2))
     hold, lengths, began = 0.0, np.zeros(v.size), time[0]
     for k in range(v.size):
         if moving[k]:

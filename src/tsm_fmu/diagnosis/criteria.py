@@ -1,0 +1,209 @@
+"""Criteria of the diagnosis: every threshold that decides what is said of a model, with its unit and its reason.
+
+``*_SHARE`` is a part of what its sentence names; ``*_SPREAD_SHARE`` is an RMS as a part of the channel's spread (its
+standard deviation within runs), ``*_RATIO`` one of two like quantities, ``*_DEVIANCE`` twice a difference of log
+likelihoods. ``docs/diagnosis.md`` lists them (``build_scripts/write_criteria.py``). Constants that only say how finely
+something is computed stand where it is computed.
+"""
+
+# Runs that can be judged
+
+FEWEST_SAMPLES = 200
+"""A run needs so many: with fewer, noise fits any law."""
+
+STUCK_RUN_SHARE = 0.9
+"""A channel that repeats one value over this part of a run measures nothing."""
+
+CLIPPED_SHARE = 0.02
+"""A channel that stands at its limit for more than this part of a run is not a measurement of the drive."""
+
+LIMIT_TO_LEVEL_RATIO = 8.0
+"""Samples at a limit over those at a level on average, beyond which it is a limit and not a level of a converter."""
+
+FORGOTTEN_STROKE_SHARE = 0.1
+"""A run is compared once the drive has moved by this part of its stroke, five presliding distances of the usual size:
+until then its friction is that of a past which is not in the log."""
+
+LEFT_OUT_SHARE = 0.5
+"""At most this part of a run is left out for that."""
+
+REMEMBERED_SHARE = 0.05
+"""A state at the start is fitted where it does this part of what it does in all of a run: what is forgotten wanders."""
+
+SEARCH_SAMPLES = 4_000
+"""The search works on so many samples of all runs together: refits take seconds, and parameters hardly change."""
+
+SPEED_INPUT_SEARCH_SAMPLES = 20_000
+"""The same where the input is a speed: between samples it is not known, and thinning would act as a lag."""
+
+KEPT_RUN_SAMPLES = 500
+"""A run keeps so many, however many runs there are."""
+
+REST_SPEED_SHARE = 0.02
+"""A speed below this part of its RMS is standing still: sensors and controllers hum."""
+
+PRESLIDING_STROKE_SHARE = (3e-4, 0.02, 0.1)
+"""Shortest, usual and longest presliding distance that effects see, as parts of the longest stroke."""
+
+# Nuisance parameters
+
+NUISANCE_SPREAD_SHARE = 0.015
+"""A nuisance parameter that removes more is an effect of its own: the clocks and zeros of good rigs differ by less."""
+
+SHAPE_SPREAD_SHARE = 0.08
+"""The same of the shape after a reversal, and more than it removes on reference runs: rigs differ in it by as much, and
+a model has but one."""
+
+IDLE_SPREAD_SHARE = 0.002
+"""A nuisance parameter that does less is left out of the answer's model: nobody would see it."""
+
+LEVEL_STEP_SHARE = 1e-3
+"""Values lie on the levels of a converter if they are off by less than this part of a step, the digits of the log."""
+
+# Which hypothesis the runs support
+
+EFFECT_SPREAD_SHARE = 0.012
+"""An effect that removes less is not named: it is within the form of any friction model."""
+
+CLEAN_EFFECT_SPREAD_SHARE = 0.006
+"""The same where an effect leaves next to nothing: a wrong form is not that simple."""
+
+NEARLY_ALL_SHARE = 0.9
+"""What removes this part of the mean square that another hypothesis leaves is no correction of a wrong form."""
+
+LAW_FORM_SHARE = 0.03
+"""A right name may leave this part of the mean square that it removes, because its law is not quite the true one."""
+
+FIT_SPREAD_SHARE = 0.003
+"""A difference between two fits that says nothing about which is right."""
+
+CONVERGED_SHARE = 2e-3
+"""Refits of the same model may end so far apart in mean square; rounding must not decide."""
+
+DIFFERENCE_DEVIANCE = 8.0
+"""Evidence that a difference between two hypotheses must make beyond noise: chance makes it in about one of 200."""
+
+RIVAL_COST_RATIO = 1.3
+"""Costs within this factor of the least are fits worth comparing to the last per cent."""
+
+IMITATED_SHARE = 1e-3
+"""A response of which less than this part is beyond the model's own parameters says nothing."""
+
+SHAPE_RANGE_RATIO = 2.0
+"""A refit may leave the range of the shapes tried by this factor: beyond, an effect has another one's signature."""
+
+STRONGEST_RATIO = 0.5
+"""Where more than noise is left, the effect that removes most must remove this many times the mean square left."""
+
+FURTHER_RATIO = 1.0
+"""The same of a further effect: one that removes less may only mend the form of the first one's law."""
+
+# How far the search goes
+
+MOST_EFFECTS = 3
+"""Effects in a hypothesis: with more, almost any gap can be closed."""
+
+REFITTED_CANDIDATES = 10
+"""Candidates refitted, of those that one linear step ranks best; the right one was always among them."""
+
+PLACES_OF_AN_EFFECT = 2
+"""Places of one effect among these."""
+
+PROBED_CANDIDATES = 8
+"""Candidates for a further effect that a few steps of a refit probe: each is a chain to compile."""
+
+FURTHER_CANDIDATES = 4
+"""Of these, so many are refitted, and one more for each nuisance parameter that is an effect."""
+
+SWAPPED_EFFECTS = 4
+"""First effects tried again beside a second one: the best single effect need not be in the best pair."""
+
+FOLDED_HYPOTHESES = 6
+"""Best hypotheses that are judged by runs left out in turn, where none is held out."""
+
+LEFT_OUT_PARTS = 3
+"""Parts of the measured runs that are left out in turn."""
+
+# Floors
+
+LAW_SHARE = 0.1
+"""Part of a residual's mean square that must be predictable to call it a law: of noise less is, by chance."""
+
+WANDERING_SPREAD_SHARE = 0.02
+"""A residual that is neither a law nor white is no instrument's noise beyond this."""
+
+WHITE_SHARE = 0.5
+"""A residual is white if this part of its mean square changes from sample to sample."""
+
+SLOW_RATIO = 6.0
+"""Residual over its white part beyond which it is no instrument's noise, even if it is smaller than that."""
+
+EXPLAINED_SHARE = 0.8
+"""Part of the gap that effects must close where something lawful is left all the same."""
+
+REFERENCE_RATIO = 1.3
+"""A gap within this factor of that on reference runs is the form of the model."""
+
+GAP_FLOOR_SHARE = 0.02
+"""Mean square above the floor, as a part of the floor's, from which on there is a gap to close."""
+
+# What the runs could show
+
+ORDINARY_SPREAD_SHARE = 0.05
+"""An effect that makes this much in ordinary use would be plain; the runs show it, or do not."""
+
+ORDINARY_HZ = 1.0
+"""Highest frequency of a full stroke in ordinary use; tendon-sheath drives of robots and exosuits reach it."""
+
+ORDINARY_TURNS = 1.5
+"""Turns of a drum in ordinary use."""
+
+VISIBLE_DEVIANCE = 16.0
+"""Evidence that such an effect must gain in the runs: twice what tells two hypotheses apart."""
+
+CONTAINED_SHARE = 0.03
+"""An effect of which less than this part is beyond the model in ordinary use is in the model already."""
+
+# Where the residual is, and formulas of it
+
+FALSE_DISCOVERY_RATE = 0.05
+"""Of the places called significant, over all coordinates and channels (Benjamini and Hochberg 1995)."""
+
+HARMONIC_PERIODS = 4
+"""Whole periods in a run below which its harmonics have no background beside them."""
+
+TELLING_SHARE = 0.1
+"""A coordinate must explain this part of the residual to be worth a sentence."""
+
+FORMULA_SHARE = 0.05
+"""A formula must predict this part of the residual where it was not fitted; less is no help."""
+
+FORMULA_P = 0.02
+"""Probability by chance below which a formula is given; of the noise of two runs 3 % get one where it forgets within a
+twentieth of a run, 9 % where it forgets only within a fifth."""
+
+FORMULA_TERMS = 4
+"""Most terms of a formula: more is no help to a reader."""
+
+FORMULA_TERM_SHARE = 0.03
+"""A longer formula must predict this part of the residual more."""
+
+RETURNED_WORK_SHARE = 0.02
+"""Friction may give back this part of the work against it: presliding stores, and sensors are late."""
+
+# What is worth a word
+
+CHANGED_SHARE = 0.02
+"""A parameter, or an error, that a refit moved by less than this part of itself is not mentioned."""
+
+WEIGHTY_SHARE = 0.1
+"""Nor is a parameter whose move does less than this part of what another's does."""
+
+ABOVE_FLOOR_RATIO = 1.3
+"""An error from this many floors on is said to be above the floor."""
+
+SURE_FLOOR_SHARE = 0.8
+"""A floor whose lower bound is above this part of it is shown as one number."""
+
+CARRIED_OVER_RATIO = 2.0
+"""Error on held-out runs over that on measured ones beyond which a fit does not carry over to their motion."""
