@@ -9,18 +9,14 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, interleaved, shortlist
-from tsm_fmu.diagnosis.choice.supported import (
-    EVIDENCE,
-    FORM,
-    MATERIAL,
-    SMALLEST,
-    Choice,
-    chosen,
-    dominated,
-    indistinct,
-    left,
-)  # fmt: skip
-from tsm_fmu.diagnosis.criteria import LAW_FORM_SHARE
+from tsm_fmu.diagnosis.choice.supported import Choice, chosen, dominated, indistinct, left
+from tsm_fmu.diagnosis.criteria import (
+    CLEAN_EFFECT_SPREAD_SHARE,
+    DIFFERENCE_DEVIANCE,
+    EFFECT_SPREAD_SHARE,
+    FIT_SPREAD_SHARE,
+    LAW_FORM_SHARE,
+)
 
 SPREAD = 3.7
 MANY = 1e5
@@ -51,7 +47,7 @@ def names(choice: Choice) -> list[tuple[str, ...]]:
     return [h.effects for h in choice.supported]
 
 
-@pytest.mark.parametrize(("gain", "named"), [(0.9 * MATERIAL, False), (1.2 * MATERIAL, True)])
+@pytest.mark.parametrize(("gain", "named"), [(0.9 * EFFECT_SPREAD_SHARE, False), (1.2 * EFFECT_SPREAD_SHARE, True)])
 def test_an_effect_within_the_form_of_a_model_is_not_named(gain: float, named: bool) -> None:
     plain = made("", 0.05)
     choice = chosen([plain, made("inertia", without(gain))], plain)
@@ -60,11 +56,11 @@ def test_an_effect_within_the_form_of_a_model_is_not_named(gain: float, named: b
 
 
 def test_a_smaller_effect_is_named_where_it_removes_nearly_all_of_the_gap() -> None:
-    plain = made("", 1.5 * SMALLEST, 1.5 * SMALLEST)
-    assert 1.5 * SMALLEST < MATERIAL
-    everywhere = made("inertia", 0.2 * SMALLEST, 0.2 * SMALLEST)
+    plain = made("", 1.5 * CLEAN_EFFECT_SPREAD_SHARE, 1.5 * CLEAN_EFFECT_SPREAD_SHARE)
+    assert 1.5 * CLEAN_EFFECT_SPREAD_SHARE < EFFECT_SPREAD_SHARE
+    everywhere = made("inertia", 0.2 * CLEAN_EFFECT_SPREAD_SHARE, 0.2 * CLEAN_EFFECT_SPREAD_SHARE)
     assert names(chosen([plain, everywhere], plain)) == [("inertia",)]
-    only_measured = made("inertia", 0.2 * SMALLEST, 0.9 * SMALLEST)
+    only_measured = made("inertia", 0.2 * CLEAN_EFFECT_SPREAD_SHARE, 0.9 * CLEAN_EFFECT_SPREAD_SHARE)
     assert names(chosen([plain, only_measured], plain)) == [()]
 
 
@@ -78,7 +74,7 @@ def test_few_independent_samples_make_a_difference_of_noise(effective: float, na
 def test_a_right_law_may_leave_a_little_of_what_the_best_removes() -> None:
     plain, best = made("", 0.31), made("viscous", 0.03)
     removed = 0.31**2 - 0.03**2
-    allowed = FORM**2 + LAW_FORM_SHARE * removed + EVIDENCE * 0.03**2 / MANY
+    allowed = FIT_SPREAD_SHARE**2 + LAW_FORM_SHARE * removed + DIFFERENCE_DEVIANCE * 0.03**2 / MANY
     near = made("stribeck", np.sqrt(0.03**2 + 0.98 * allowed))
     far = made("inertia", np.sqrt(0.03**2 + 1.02 * allowed))
     assert indistinct(near, best, plain)
@@ -174,7 +170,9 @@ def test_the_choice_does_not_hang_on_the_unit() -> None:
         ]
         found = chosen([plain, *(made(a, m, h, unit=unit) for a, m, h in rows)], plain)
         assert names(found) == [("inertia",), ("creep",)]
-        assert left(found.best) == pytest.approx(np.mean([np.log(x**2 + FORM**2) for x in (0.0399, 0.04985)]))
+        assert left(found.best) == pytest.approx(
+            np.mean([np.log(x**2 + FIT_SPREAD_SHARE**2) for x in (0.0399, 0.04985)])
+        )
 
 
 def test_shortlist_takes_an_effect_at_two_places_at_most() -> None:
