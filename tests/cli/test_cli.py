@@ -22,7 +22,6 @@ def test_version_is_printed(capsys):
         (["frobnicate"], "frobnicate"),
         (["list", "--frobnicate"], "--frobnicate"),
         (["list", "extra"], "extra"),
-        ([], "--help"),
     ],
 )
 def test_wrong_use_is_one_line_and_exit_code_2(arguments, named, capsys):
@@ -103,3 +102,16 @@ def test_list_shows_effects_with_units_in_brackets(capsys, monkeypatch):
     shown = capsys.readouterr().out
     assert "load_dependence" in shown
     assert "tau [s]" in shown  # a bracket is text here, not a style of the console
+
+
+def test_a_bare_command_and_the_short_option_show_help(capsys):
+    assert run([]) == 0
+    bare = capsys.readouterr().out
+    assert "identify" in bare
+    assert run(["-h"]) == 0
+    assert capsys.readouterr().out == bare
+
+
+def test_a_verb_that_is_nearly_right_is_guessed(capsys):
+    assert run(["identfy"]) == 2
+    assert "Did you mean 'identify'?" in capsys.readouterr().err

@@ -22,7 +22,7 @@ from ..models.contract import InputError
 
 app = typer.Typer(
     name="tsm-fmu",
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
@@ -55,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code instead of leaving the process."""
     command = typer.main.get_command(app)
-    given = list(sys.argv[1:] if arguments is None else arguments)
+    given = list(sys.argv[1:] if arguments is None else arguments) or ["--help"]
     try:
         # not command.main(), which turns Ctrl-C into a code without the words that came with it
         with command.make_context("tsm-fmu", given) as context:
