@@ -97,7 +97,7 @@ class IdentifyResult:
         return pd.DataFrame.from_dict(rows, orient="index")
 
     def errors(self) -> pd.DataFrame:
-        """Errors by run and channel, SI: role, unit, rmse, peak_to_peak_error, nrmse, samples."""
+        """Errors by run and channel, SI: role, unit, rmse, peak_to_peak_error, offset, shape_rmse, nrmse, samples."""
         import pandas as pd
 
         rows = [
@@ -235,7 +235,20 @@ def identify(
         model_card(found, chosen.preset, measured, held_out, extended.effects),
         tuple(records),
         tuple(fit_runs),
-        (*derived, *cutoff_note(cutoff, records, inputs)),
+        (*derived, *cutoff_note(cutoff, records, inputs), *_per_run_notes(found)),
+    )
+
+
+def _per_run_notes(found: Fit) -> tuple[str, ...]:
+    """What the card says of parameters that each run has of its own."""
+    names = [v.name for v in found.kernel.parameters if v.field in found.per_run]
+    if not names:
+        return ()
+    count = sum(run.role == "measured" for run in found.runs.values())
+    value = f"the mean of {count} runs" if count > 1 else "that of the measured run"
+    return (
+        f"each run has its own {', '.join(names)}: the card holds {value} beside them, and another run has another "
+        "one, so that its errors have an offset",
     )
 
 

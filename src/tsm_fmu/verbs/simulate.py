@@ -59,9 +59,13 @@ class SimulateResult:
         if not self.agreement:
             outputs = ", ".join(self.trajectory.columns)
             return f"{self.record.name} has none of the outputs {outputs}: nothing to compare"
-        heading = ("channel", "unit", "RMSE", "peak-to-peak error", "RMSE / std of measured")
+        heading = ("channel", "RMSE", "offset", "RMSE about it", "peak to peak of error", "RMSE/std")
         rows = [
-            (name, a.unit, *(f"{x:.6g}" for x in (a.rmse, a.peak_to_peak_error, a.nrmse)))
+            (
+                name,
+                *(display(a.unit)(x, 4) for x in (a.rmse, a.offset, a.shape_rmse, a.peak_to_peak_error)),
+                f"{a.nrmse:.3g}",
+            )
             for name, a in self.agreement.items()
         ]
         return text_table(heading, rows)
