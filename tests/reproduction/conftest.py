@@ -1,4 +1,4 @@
-"""One run of all papers for the tests that read its claims."""
+"""One quick run of all papers for the tests that read its claims."""
 
 import pytest
 
@@ -7,10 +7,22 @@ from tsm_fmu.reproduction import Reproduction, reproduce
 
 @pytest.fixture(scope="session")
 def done() -> Reproduction:
-    """All five papers, without the co-simulated loops (system_tests run those)."""
-    return reproduce(closed_loops=False)
+    """All five papers, with few values of what is open."""
+    return reproduce(quick=True)
 
 
 @pytest.fixture(scope="session")
 def claims(done):
     return {claim.key: claim for claim in done.claims}
+
+
+@pytest.fixture(scope="session")
+def ours(claims):
+    """``ours(key)``: computed span or numbers of a claim."""
+    return lambda key: claims[key].numbers["ours"]
+
+
+@pytest.fixture(scope="session")
+def reading(claims):
+    """``reading(key, name)``: computed value of one reading of a statement."""
+    return lambda key, name: claims[key].numbers["readings"][name]["value"]

@@ -21,10 +21,10 @@ def reproduce(
     paper: Annotated[
         list[str], typer.Option("--paper", metavar="KEY", help="This paper only, e.g. mmt2015; repeatable.")
     ] = [],  # noqa: B006  typer reads it
-    loops: Annotated[bool, typer.Option("--loops/--no-loops", help="Co-simulate the closed loops with FMUs.")] = True,
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer values of what the papers leave open.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
-    """Every figure and number of the five papers: reported, ours, verdict, why."""
+    """Every figure and number of the five papers: as printed, ours, verdict, why."""
     from ..reproduction import reproduce as compute
     from ..reproduction import write_reproduction
     from ..reproduction.write import as_json as described
@@ -37,17 +37,18 @@ def reproduce(
         if console.is_terminal:
             console.print(f"computing {escape(what)}")
 
-    done = compute(paper, closed_loops=loops, progress=progress)
+    done = compute(paper, quick=quick, progress=progress)
     paths = write_reproduction(out, done)
     if as_json:
         print_json({**described(done), **{kind: str(path) for kind, path in paths.items()}})
         return
-    table = Table("paper", "item", "quantity", "reported", "ours", "verdict", title_justify="left")
+    table = Table("paper", "item", "quantity", "printed", "ours", "verdict", title_justify="left")
     for claim in done.claims:
         unit = "" if claim.unit in ("", "1") else f" [{claim.unit}]"
-        cells = (claim.paper, claim.items[0], claim.quantity + unit, claim.reported, claim.ours, claim.verdict.value)
+        cells = (claim.paper, claim.items[0], claim.quantity + unit, claim.printed, claim.ours, claim.verdict.value)
         table.add_row(*map(escape, cells))
     Console().print(table)
     for verdict, number in done.counts().items():
         typer.echo(f"{number:4d} {verdict}")
+    typer.echo(f"{done.co_simulated:4d} of {len(done.claims)} from FMUs in co-simulation")
     typer.echo(f"report {paths['report']}\ntable  {paths['csv']}")

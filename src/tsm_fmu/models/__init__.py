@@ -16,6 +16,7 @@ from . import (
     single_tsm_bouc_wen,
     single_tsm_dahl,
     single_tsm_lugre,
+    stepper_motor,
     sum,
     tendon_drive,
 )
@@ -34,6 +35,7 @@ MODELS = (
     tendon_drive,
     distal_estimator,
     dc_motor,
+    stepper_motor,
     pid_controller,
     rotational_load,
     reference_signal,

@@ -1,4 +1,4 @@
-"""Every figure and number of the five papers: reported, computed in this run, verdict, reason."""
+"""Every figure and number of the five papers: as printed, computed in this run, verdict, reason."""
 
 from .run import Reproduction, reproduce
 from .write import write_reproduction

@@ -16,6 +16,6 @@ class PaperResult:
     """Claims of a paper; figures, tables and a text by the label of the item where they are shown."""
 
     claims: tuple[Claim, ...]
-    figures: Mapping[str, go.Figure] = field(default_factory=dict)
+    figures: Mapping[str, tuple[go.Figure, ...]] = field(default_factory=dict)
     tables: Mapping[str, Table] = field(default_factory=dict)
     texts: Mapping[str, str] = field(default_factory=dict)

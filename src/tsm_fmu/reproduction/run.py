@@ -5,34 +5,22 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from importlib import import_module
 
 from ..models.contract import InputError
-from .ame2020 import paper as ame2020
-from .claims import Claim, Verdict
-from .closed_loops import closed_loop_claims
-from .icinco2013 import paper as icinco2013
-from .iftomm2013 import paper as iftomm2013
-from .mmt2015 import paper as mmt2015
-from .mssp2015 import paper as mssp2015
+from .claims import Claim, Method
 from .published import PAPERS
 from .result import PaperResult
-
-RESULTS: Mapping[str, Callable[[], PaperResult]] = {
-    "iftomm2013": iftomm2013.result,
-    "icinco2013": icinco2013.result,
-    "mmt2015": mmt2015.result,
-    "mssp2015": mssp2015.result,
-    "ame2020": ame2020.result,
-}
+from .verdict import Verdict
 
 
 @dataclass(frozen=True)
 class Reproduction:
-    """Results by paper, and how long they took [s]."""
+    """Results by paper, whether with fewer points (`reproduce`), and how long they took [s]."""
 
     results: Mapping[str, PaperResult]
-    closed_loops: bool
+    quick: bool
     wall_s: float
 
     @property
@@ -44,9 +32,14 @@ class Reproduction:
         found = Counter(c.verdict for c in self.claims if paper in (None, c.paper))
         return {verdict.value: found[verdict] for verdict in Verdict}
 
+    @property
+    def co_simulated(self) -> int:
+        """Number of claims that rest on FMUs in co-simulation."""
+        return sum(c.method is Method.CO_SIMULATION for c in self.claims)
+
 
 def reproduce(
-    papers: Sequence[str] = (), *, closed_loops: bool = True, progress: Callable[[str], None] = lambda _: None
+    papers: Sequence[str] = (), *, quick: bool = False, progress: Callable[[str], None] = lambda _: None
 ) -> Reproduction:
     """Compute every claim.
 
@@ -54,8 +47,8 @@ def reproduce(
     ----------
     papers : sequence of str
         Keys of `PAPERS`; all without any.
-    closed_loops : bool
-        Also co-simulate the closed loops of MSSP 2015 with FMUs.
+    quick : bool
+        Fewer values of what the papers leave open, shorter fits: narrower spans, for a first look.
     progress : callable
         Told what is computed next.
 
@@ -73,9 +66,5 @@ def reproduce(
         if papers and paper not in papers:
             continue
         progress(PAPERS[paper])
-        results[paper] = RESULTS[paper]()
-        if paper == "mssp2015" and closed_loops:
-            progress("closed loops of MSSP 2015 with FMUs")
-            extra = tuple(closed_loop_claims())
-            results[paper] = replace(results[paper], claims=results[paper].claims + extra)
-    return Reproduction(results, closed_loops, time.perf_counter() - begin)
+        results[paper] = import_module(f".{paper}.paper", __package__).result(quick)
+    return Reproduction(results, quick, time.perf_counter() - begin)

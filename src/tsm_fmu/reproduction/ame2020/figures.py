@@ -1,165 +1,231 @@
-"""AME 2020: figures as the paper draws them, and the table behind Figs 16 and 17."""
+"""AME 2020: Figs 3, 10 and 13 to 20 as the paper draws them, from the loop of FMUs, errors on axes of their own."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 import plotly.graph_objects as go
 from scipy.interpolate import Akima1DInterpolator
 
+from ...cosim.trajectory import Trajectory
 from ...kernels.kernel import kernel
-from ...report import Line, Table
+from ...report import Line
 from ...scenarios.papers import (
     CASES,
     DEVIATION_MM,
     DIFFERENCE_MM,
     FORWARD_MM,
-    MAXIMUM_FORWARD_MM,
     NAMES,
     PRELOAD_N,
     PRESSURE_N,
     REVERSE_MM,
     SAME_BEND,
+    SAME_BEND_MM,
     TENSION_N,
-    WEIGHT_N,
 )
-from ..claims import Span
-from ..draw import panels, plot
-from ..motions import FloatArray
-from ..numbers import REPORTED
-from .drive import (
-    compensated_error,
-    forward_error,
-    lost_motion,
-    parameters,
-    profile_integral,
-    stiffness_band,
-    tension_at_driver,
-    there_back_there,
-)
+from ..draw import plot
+from ..printed import value
+from .displacement import Found
+from .loops import at_end, compensated_error, error, travel
+from .printed import CALIBRATION, RESIDUAL, THEORY_FORWARD, THEORY_REVERSE
 from .winding import rows_of_eq4, winding_position
 
-
-def audit_table() -> Table:
-    """The numbers behind Figs 16 and 17, models and reported ones side by side."""
-    low, high = stiffness_band()
-    rows = []
-    for case in CASES:
-        row: list[object] = [NAMES[case], tension_at_driver(case), 1e3 * profile_integral(case), FORWARD_MM[case]]
-        row += [f"{forward_error(case, EA=low)[-1]:.3f} / {forward_error(case, EA=high)[-1]:.3f}"]
-        row += [
-            f"{forward_error(case, EA=low, winding_strain=1)[-1]:.3f} / "
-            f"{forward_error(case, EA=high, winding_strain=1)[-1]:.3f}"
-        ]
-        row += [low * forward_error(case, EA=low)[-1] / FORWARD_MM[case], REVERSE_MM[case]]
-        for sides in (True, False):
-            ends = [lost_motion(case, changes_sides=sides, slack=0.0, EA=EA) for EA in (low, high)]
-            row += [f"{ends[0]:.2f} / {ends[1]:.2f}"]
-        rows.append(row)
-    heading = ["case", "T_a0 [N]", "I [mm]", "forward", "path", "+ winding", "EA needed [N]", "reverse"]
-    heading += ["changes sides", "hangs"]
-    caption = (
-        "forward and reverse: reported [mm]. path, + winding: forward error [mm] by the strain of the path, and with "
-        "that which the wheels wind. EA needed: for the path alone. changes sides, hangs: elastic reverse error [mm], "
-        f"the weight changing tendons or staying on one. Pairs: EA = {low:.0f} and {high:.0f} N, the fibre's range."
-    )
-    return Table(heading, rows, caption)
+PAIR = ("m05_180", "m10_540")
+Panels = tuple[go.Figure, ...]
 
 
-def transmission_figures() -> dict[str, go.Figure]:
-    """Figs 13 to 20 as the paper draws them, with the slack of each case as input."""
-    s = np.linspace(0.0, 785.0, 120)
-    forward = [Line(NAMES[c], s, forward_error(c, rows=120, winding_strain=1)) for c in CASES]
-    layered = [Line(NAMES[c], s, forward_error(c, rows=120, winding_strain=1, layers=1)) for c in CASES]
-    cycles = {c: tuple(1e3 * x for x in there_back_there(c)) for c in CASES}
-    turn = cycles[CASES[0]][0].size // 3
-    back, there, again, whole = [], [], [], []
-    for case, (s_in, s_out) in cycles.items():
-        leg = slice(turn, 2 * turn + 1)
-        travelled = s_in[turn] - s_in[leg]
-        back.append(Line(NAMES[case], travelled, travelled - (s_out[turn] - s_out[leg])))
-        whole.append(Line(NAMES[case], s_in, s_out))
-        if case in MAXIMUM_FORWARD_MM:
-            there.append(Line(NAMES[case], s_in[:turn], s_out[:turn]))
-            again.append(Line(NAMES[case], s_in[leg], s_out[leg]))
-    ends = [Line("reported (Fig. 16)", [785.0] * 2, Span.of(*FORWARD_MM.values()).ends, dashed=True)]
-    return {
-        "Fig. 13": panels([plot(there, "Forward", "s_in [mm]", "s_out [mm]")], columns=1),
-        "Fig. 14": panels([plot(again, "Reverse, slack as input", "s_in [mm]", "s_out [mm]")], columns=1),
-        "Fig. 15": panels([plot(whole, "There, back and there again", "s_in [mm]", "s_out [mm]")], columns=1),
-        "Fig. 16": panels(
-            [
-                plot([*forward, *ends], "One radius, as in the paper", "s_in [mm]", "error [mm]"),
-                plot([*layered, *ends], "Radii grow by layer (ours)", "s_in [mm]", "error [mm]"),
-            ]
-        ),
-        "Fig. 17": panels([plot(back, "After the turn, slack as input", "travel back [mm]", "error [mm]")], columns=1),
-        "Fig. 18": panels([_same_bend_figure()], columns=1),
-        "Fig. 19": _compensation_figure("m05_180", cycles["m05_180"]),
-        "Fig. 20": _compensation_figure("m10_540", cycles["m10_540"]),
-    }
-
-
-def _compensation_figure(case: str, without: tuple[FloatArray, ...]) -> go.Figure:
-    s_in, s_out = (x[: 2 * (x.size // 3) + 1] for x in without)
-    errors = []
-    for name, values in {"without winding strain": {"winding_strain": 0.0}, "with all parameters": {}}.items():
-        wanted, error = compensated_error(case, rows=80, **values)
-        errors.append(Line(f"compensator {name}", _way(1e3 * wanted), error))
-    return panels(
-        [
+def displacement_figures(f: Found) -> dict[str, Panels]:
+    """Figs 13 to 20."""
+    there = {c: _way(f.runs[f"best.{c}"], back=False) for c in CASES}
+    back = {c: _way(f.runs[f"cycle.{c}"], back=True) for c in CASES}
+    own = {c: _way(f.runs[f"cycle.{c}"], back=False) for c in PAIR}
+    layered = [
+        Line(f"{name.removeprefix('layers.')} turns a layer", travel(run), error(run))
+        for name, run in f.runs.items()
+        if name.startswith("layers.")
+    ]
+    ends = [(f"printed (Fig. 16), {NAMES[c]}", [785.0], [FORWARD_MM[c]]) for c in CASES]
+    turned = [(f"printed (Fig. 17), {NAMES[c]}", [785.0], [REVERSE_MM[c]]) for c in CASES]
+    bent = [
+        (f"printed (Fig. 18), {NAMES[c]}", [785.0], [v])
+        for c, v in zip(SAME_BEND, SAME_BEND_MM["forward"], strict=True)
+    ]
+    figures: dict[str, Panels] = {
+        "Fig. 13": (
+            plot(_lines(own, PAIR, 0), "Forward, theory", "s_in [mm]", "s_out [mm]"),
             plot(
-                [Line("without compensation", _way(s_in), s_in - s_out)],
-                "Before",
-                "way there and back [mm]",
+                _lines(own, PAIR, 1),
+                "Error forward, theory",
+                "s_in [mm]",
+                "error [mm]",
+                points=[
+                    (
+                        f"printed end {FORWARD_MM[c]:g}, theory within {THEORY_FORWARD[NAMES[c]].text}",
+                        [785.0],
+                        [FORWARD_MM[c]],
+                    )
+                    for c in PAIR
+                ],
+            ),
+        ),
+        "Fig. 14": (
+            plot(_lines(back, PAIR, 0), "Reverse, slack as input", "travel back [mm]", "s_out travelled back [mm]"),
+            plot(
+                _lines(back, PAIR, 1),
+                "Error in reverse, slack as input",
+                "travel back [mm]",
+                "error [mm]",
+                points=[
+                    (
+                        f"printed {REVERSE_MM[c]:g}, theory within {THEORY_REVERSE[NAMES[c]].text}",
+                        [785.0],
+                        [REVERSE_MM[c]],
+                    )
+                    for c in PAIR
+                ],
+            ),
+        ),
+        "Fig. 15": (
+            plot(
+                [
+                    Line(
+                        NAMES[c],
+                        travel(f.runs[f"cycle.{c}"]),
+                        travel(f.runs[f"cycle.{c}"]) - error(f.runs[f"cycle.{c}"]),
+                    )
+                    for c in CASES
+                ],
+                "There and back, slack as input",
+                "s_in [mm]",
+                "s_out [mm]",
+            ),
+        ),
+        "Fig. 16": (
+            plot(
+                _lines(there, CASES, 1),
+                f"One radius, EA {f.EA:.0f} N" + (", with winding strain (ours)" if f.wound else ", Eqs (23), (30)"),
+                "s_in [mm]",
+                "error [mm]",
+                points=ends,
+            ),
+            plot(
+                [Line(NAMES[c], travel(f.runs[f"there.0.{c}"]), error(f.runs[f"there.0.{c}"])) for c in CASES],
+                "One radius, Eqs (23), (30) alone",
+                "s_in [mm]",
+                "error [mm]",
+                points=ends,
+            ),
+            plot(layered, "Radii grow by layer (ours), 0.5 kg and 180 deg", "s_in [mm]", "error [mm]", points=ends[:1]),
+        ),
+        "Fig. 17": (
+            plot(
+                _lines(back, CASES, 1),
+                "After the turn, slack as input",
+                "travel back [mm]",
+                "error [mm]",
+                points=turned,
+            ),
+            plot(
+                [_elastic(f.runs[f"elastic.{c}"], NAMES[c]) for c in CASES],
+                "After the turn, Eqs (32)-(36) alone",
+                "travel back [mm]",
                 "error [mm]",
             ),
-            plot(errors, "After", "way there and back [mm]", "error [mm]"),
-        ]
-    )
+        ),
+        "Fig. 18": (plot(_lines(there, SAME_BEND, 1), "Two loads at 540 deg", "s_in [mm]", "error [mm]", points=bent),),
+    }
+    bands = [(f"printed: {RESIDUAL['forward'].text} mm", *RESIDUAL["forward"].span.ends)]
+    for label, case in (("Fig. 19", "m05_180"), ("Fig. 20", "m10_540")):
+        run = f.runs[f"compensated.{case}"]
+        figures[label] = (
+            plot(
+                [Line("without", there[case][0], there[case][2])],
+                "Forward without compensation",
+                "s_in [mm]",
+                "error [mm]",
+                points=[(f"printed {FORWARD_MM[case]:g} (Fig. 16)", [785.0], [FORWARD_MM[case]])],
+            ),
+            plot(
+                [Line("with", travel(run), compensated_error(run))],
+                "Forward, from the first displacement",
+                "s_in [mm]",
+                "error [mm]",
+                bands=bands,
+            ),
+        )
+    return figures
 
 
-def _way(position: FloatArray) -> FloatArray:
-    return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(position)))])
+def _way(run: Trajectory, *, back: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Driver travel, follower travel, error [mm] on one way, each from its beginning."""
+    s, e = travel(run), error(run)
+    turn = int(np.argmax(s))
+    if not back:
+        return s[: turn + 1], s[: turn + 1] - e[: turn + 1], e[: turn + 1]
+    moved = s[turn] - s[turn:]
+    followed = (s[turn] - e[turn]) - (s[turn:] - e[turn:])
+    return moved, followed, moved - followed
 
 
-def _same_bend_figure() -> go.Figure:
-    s = np.linspace(0.0, 785.0, 60)
-    lines = [Line(f"{WEIGHT_N[c] / 9.81:g} kg", s, forward_error(c, rows=60, winding_strain=1)) for c in SAME_BEND]
-    low = parameters(SAME_BEND[0])
-    return plot(lines, f"540 deg, EA = {low.EA:.0f} N, with winding strain", "s_in [mm]", "error [mm]")
+def _lines(ways: Mapping[str, tuple[np.ndarray, ...]], cases: tuple[str, ...], shown: int) -> list[Line]:
+    return [Line(NAMES[c], ways[c][0], ways[c][1 + shown]) for c in cases]
 
 
-def winding_figure() -> go.Figure:
+def _elastic(run: Trajectory, name: str) -> Line:
+    moved, _, e = _way(run, back=True)
+    return Line(name, moved, e)
+
+
+def winding_figure() -> Panels:
+    """Fig. 3: Eq. (4) as printed, and as it can be meant."""
     p = kernel("LebusWinding").params("published")
     angles, ours = winding_position(np.arange(0.5, 1080.0, 1.0))
     printed_rows = [rows_of_eq4(float(a), p.P_s, math.degrees(p.alpha_s), p.L_d0) for a in angles]
     lines = [Line("continuous reading", angles, 1e3 * ours)]
     for name, pick in (("Eq. (4) as printed, highest", max), ("Eq. (4) as printed, lowest", min)):
         lines.append(Line(name, angles, [1e3 * pick(z) if z else math.nan for z in printed_rows], dashed=True))
-    return panels([plot(lines, "Place of the tendon on the wheel", "wheel angle [deg]", "z_p [mm]")], columns=1)
+    return (plot(lines, "Place of the tendon on the wheel", "wheel angle [deg]", "z_p [mm]"),)
 
 
-def preload_figure() -> go.Figure:
+def preload_figure(preloaded: Mapping[str, Trajectory]) -> Panels:
+    """Fig. 10: the printed means and deviations, the spline, and what the equations give."""
     grid = np.linspace(PRELOAD_N[0], PRELOAD_N[-1], 400)
     mean, sd = np.array(DIFFERENCE_MM), np.array(DEVIATION_MM)
     gap = np.full(mean.size, np.nan)
     at = np.column_stack([PRELOAD_N, PRELOAD_N, gap]).ravel()
     bars = np.column_stack([mean - sd, mean + sd, gap]).ravel()
     lines = [
-        Line("Akima spline", grid, Akima1DInterpolator(PRELOAD_N, DIFFERENCE_MM)(grid)),
-        Line("mean and standard deviation", at, bars, dashed=True),
+        Line("Akima spline through the means", grid, Akima1DInterpolator(PRELOAD_N, DIFFERENCE_MM)(grid)),
+        Line("printed standard deviation", at, bars, dashed=True),
+        Line("Eqs (23), (30), 0.5 kg, 180 deg", [float(T) for T in preloaded], [at_end(r) for r in preloaded.values()]),
     ]
-    return panels([plot(lines, "Mean and deviation", "preload [N]", "displacement difference [mm]")], columns=1)
+    return (
+        plot(
+            lines,
+            "Over preload",
+            "preload [N]",
+            "displacement difference [mm]",
+            points=[("printed means", PRELOAD_N, DIFFERENCE_MM)],
+        ),
+    )
 
 
-def calibration_figure() -> go.Figure:
+def calibration_figure() -> Panels:
+    """Table 1 and Eq. (37)."""
     slope, intercept = np.polyfit(PRESSURE_N, TENSION_N, 1)
     ends = np.array([1.2, 2.2])
     lines = [
-        Line("Table 1", PRESSURE_N, TENSION_N, dashed=True),
         Line("fitted anew", ends, slope * ends + intercept),
-        Line("Eq. (37)", ends, REPORTED["ame2020.slope"].value.lo * ends + REPORTED["ame2020.intercept"].value.lo),
+        Line(
+            "Eq. (37)",
+            ends,
+            value(CALIBRATION["slope"].text) * ends + value(CALIBRATION["intercept"].text),
+            dashed=True,
+        ),
+        Line("P = 2 F, the most that three forces balance", 2.0 * np.array([0.0, 1.1]), [0.0, 1.1], dashed=True),
     ]
-    return panels([plot(lines, "Calibration of the preload", "pressure [N]", "tensile force [N]")], columns=1)
+    return (
+        plot(lines, "Calibration", "pressure [N]", "tensile force [N]", points=[("Table 1", PRESSURE_N, TENSION_N)]),
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -12,7 +12,6 @@ from scipy.optimize import least_squares
 from ...kernels.kernel import kernel
 from ...models.laws.friction_branches import pull_level, release_level
 from ...models.single_tsm_lugre import deflection_ratio_after
-from ...scenarios.papers import MMT_MSE_LUGRE, MMT_MSE_PERIODIC
 from ..motions import FloatArray, Motion, friction
 
 MODEL = "SingleTsmLuGre"
@@ -24,40 +23,15 @@ FLOOR = 0.01
 """Smallest S of the readings that clamp it."""
 
 
-class Reading(NamedTuple):
-    """One of 24."""
-
-    level: str
-    equation: str
-    branches: str
-    lambda_: float
-    mse: float
-
-
-def allowed_mse() -> tuple[float, float]:
-    """Interval of the mean square difference of the two published models [N2].
-
-    Triangle inequality: both were fitted to the same measured force, with root mean square errors sqrt(1.4538) and
-    sqrt(0.027).
-    """
-    far, near = math.sqrt(MMT_MSE_LUGRE), math.sqrt(MMT_MSE_PERIODIC)
-    return (far - near) ** 2, (far + near) ** 2
-
-
-def readings(motion: Motion, scored: Any) -> list[Reading]:
-    """Mean square difference from the published LuGre set for every reading of the print."""
+def clamped_mse(motion: Motion, scored: Any) -> dict[str, float]:
+    """Mean square difference from the published LuGre set [N2] if a negative S is set to `FLOOR`, by reading."""
     lugre = friction("LuGreFriction", motion, "mmt2015")
     published = kernel(MODEL).params("published")
-    found = []
-    for lambda_ in (published.lambda_, 0.0, -published.lambda_):
-        for branches, preset in PRESETS.items():
-            for equation, sign in EQUATIONS.items():
-                values = {"mu3": sign * published.mu3, "lambda": lambda_}
-                force = friction(MODEL, motion, preset, **values)
-                clamped = _clamped(kernel(MODEL).params(preset, values), motion)
-                for level, f in (("|S|", force), ("clamped", clamped)):
-                    mse = float(np.mean((f - lugre)[scored] ** 2))
-                    found.append(Reading(level, equation, branches, lambda_, mse))
+    found = {}
+    for branches, preset in PRESETS.items():
+        for equation, sign in EQUATIONS.items():
+            force = _clamped(kernel(MODEL).params(preset, {"mu3": sign * published.mu3}), motion)
+            found[f"{equation}, {branches}"] = float(np.mean((force - lugre)[scored] ** 2))
     return found
 
 

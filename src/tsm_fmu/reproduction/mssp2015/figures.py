@@ -1,66 +1,120 @@
-"""MSSP 2015: Figs 7, 8, 10 and 12 as the paper draws them."""
+"""MSSP 2015: Figs 7 to 13 as the paper draws them, from FMUs, with what is printed drawn in."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 import numpy as np
 import plotly.graph_objects as go
 
+from ...cosim.trajectory import Trajectory
 from ...report import Line
-from ..draw import panels, plot
-from ..motions import FloatArray, Motion
-from .drive import FROM, backlash, compensated, numbers_of
+from ...scenarios import mssp_haptic
+from ..draw import half_width, plot
+from ..loops import co_simulate
+from .completion import EXPERIMENT, SHORT, Completion, cases, published
+from .friction import PLANTS
+from .imposed import EXPERIMENT as IMPOSED
+from .printed import FRICTION_ERROR, RESIDUAL, WIDTH
+
+SHOWN_S = 15.0
+"""Length of the time axes."""
 
 
-def tracking_figure(motion: Motion) -> go.Figure:
-    own, milder = numbers_of(), numbers_of(0.65)
-    drive = compensated(motion.x, 1, own)
-    kept = motion.time >= FROM
-    t, degrees = motion.time[kept], np.degrees
-    outputs = {
-        "without feedforward": (motion.x, own),
-        "with feedforward": (drive, own),
-        "with feedforward, plant of B = 0.65": (compensated(motion.x, 1, milder), milder),
-    }
-    out = {name: backlash(x, p) for name, (x, p) in outputs.items()}
-    reference = Line("reference", t, degrees(motion.x)[kept], dashed=True)
-    return panels(
-        [
-            plot(
-                [reference, *(Line(n, t, degrees(y)[kept]) for n, y in out.items())],
-                "Output",
-                "time [s]",
-                "angle [deg]",
-            ),
-            plot([Line(n, t, degrees(motion.x - y)[kept]) for n, y in out.items()], "Error", "time [s]", "error [deg]"),
-            plot([reference, Line("x_FF", t, degrees(drive)[kept])], "Control input", "time [s]", "angle [deg]"),
-            plot(
-                [Line(n, degrees(motion.x)[kept], degrees(y)[kept]) for n, y in out.items()],
-                "Input and output",
-                "reference [deg]",
-                "output [deg]",
-            ),
-        ]
+def traces(best: Completion, quick: bool) -> dict[str, Trajectory]:
+    """Loops to draw: ``set.motion.variant``."""
+    experiment = SHORT if quick else EXPERIMENT
+    wanted = {"best": best, "published": published()}
+    jobs = {f"{name}.{case}": job for name, c in wanted.items() for case, job in cases(c, experiment).items()}
+    return co_simulate(jobs, ["reference.y", "backlash.x_out", "error.y", "compensator.x_ff"])
+
+
+def tracking_figures(runs: Mapping[str, Trajectory], motion: str) -> tuple[go.Figure, ...]:
+    """Output, errors on axes of their own, control input, and output over input."""
+    own = {name: runs[f"{name}.{motion}.{variant}"] for name, variant in (("best", "law_1"), ("published", "law_1"))}
+    without = runs[f"best.{motion}.uncompensated"]
+    t, shown = _shown(without)
+    reference = Line("reference", t, _deg(without, "reference.y", shown), dashed=True)
+    outputs = [
+        Line("without feedforward", t, _deg(without, "backlash.x_out", shown)),
+        Line("with feedforward", t, _deg(own["best"], "backlash.x_out", shown)),
+    ]
+    residuals = [
+        Line("with feedforward, best set", t, _deg(own["best"], "error.y", shown), colour=1),
+        Line("with feedforward, published plant", t, _deg(own["published"], "error.y", shown), colour=3),
+    ]
+    x = _deg(without, "reference.y", shown)
+    return (
+        plot([reference, *outputs], "Output (best set)", "time [s]", "angle [deg]"),
+        plot(
+            [Line("without feedforward, best set", t, _deg(without, "error.y", shown), colour=0)],
+            "Error without feedforward",
+            "time [s]",
+            "error [deg]",
+            bands=half_width(WIDTH[motion]),
+        ),
+        plot(
+            residuals,
+            "Error with feedforward",
+            "time [s]",
+            "error [deg]",
+            bands=half_width(RESIDUAL[motion]),
+        ),
+        plot(
+            [reference, Line("x_FF", t, _deg(own["best"], "compensator.x_ff", shown))],
+            "Control input",
+            "time [s]",
+            "angle [deg]",
+        ),
+        plot(
+            [Line("without feedforward", x, outputs[0].y), Line("with feedforward", x, outputs[1].y)],
+            "Input and output",
+            "reference [deg]",
+            "output [deg]",
+        ),
     )
 
 
-def identified_figure(motion: Motion, raw: FloatArray) -> go.Figure:
-    x, out = np.degrees(motion.x), np.degrees(backlash(motion.x, numbers_of()))
-    kept = motion.time >= FROM
-    return panels(
-        [
-            plot(
-                [Line("x_in", motion.time, x, dashed=True), Line("x_out", motion.time, out)],
-                "Displacement",
-                "time [s]",
-                "angle [deg]",
-            ),
-            plot([Line("x_out", x[kept], out[kept])], "Backlash-like hysteresis", "x_in [deg]", "x_out [deg]"),
-            plot([Line("friction, raw", motion.time, raw)], "Friction", "time [s]", "F as printed"),
-            plot(
-                [Line("friction, raw", np.degrees(motion.v)[kept], raw[kept])],
-                "Friction over velocity",
-                "velocity [deg/s]",
-                "F as printed",
-            ),
-        ]
+def identified_figures(run: Trajectory) -> tuple[go.Figure, ...]:
+    """The identified models on the imposed motion."""
+    window = IMPOSED.window(run.time)
+    x, out = (np.degrees(run.columns[n][window]) for n in ("reference.y", "backlash.x_out"))
+    v, force, t = np.degrees(run.columns["reference.dy"][window]), run.columns["friction.F"][window], run.time[window]
+    return (
+        plot([Line("x_in", t, x, dashed=True), Line("x_out", t, out)], "Displacement", "time [s]", "angle [deg]"),
+        plot([Line("x_out", x, out)], "Backlash-like hysteresis", "x_in [deg]", "x_out [deg]"),
+        plot([Line("friction", t, force)], "Friction", "time [s]", "F as printed"),
+        plot([Line("friction", v, force)], "Friction over velocity", "velocity [deg/s]", "F as printed"),
     )
+
+
+def friction_figures(runs: Mapping[str, Trajectory], motion: str) -> tuple[go.Figure, ...]:
+    """Friction and its estimate in the haptic loop, the error on an axis of its own, and the distal torque."""
+    own = {plant: runs[f"{motion}.{plant}"] for plant in PLANTS if f"{motion}.{plant}" in runs}
+    first = next(iter(own.values()))
+    t, shown = first.time[first.time >= 10.0], first.time >= 10.0
+    errors = [Line(f"plant: {p}", t, mssp_haptic.friction_error(run, "haptic")[shown]) for p, run in own.items()]
+    bands = half_width(FRICTION_ERROR) if motion == "periodic" else ()
+    lines = {"plant": "friction.F", "estimate": "haptic.F"}
+    speed = np.degrees(first.columns["motor.omega"][shown])
+    torques = {"load": "load.tau", "estimate": "haptic.tau_out", "drive": "friction.tau_drive"}
+    return (
+        plot(
+            [Line(n, t, first.columns[c][shown]) for n, c in lines.items()], "Friction (N.mm read)", "time [s]", "F [N]"
+        ),
+        plot(errors, "Error of the estimate", "time [s]", "error [N]", bands=bands),
+        plot(
+            [Line(n, speed, first.columns[c][shown]) for n, c in lines.items()], "over velocity", "v [deg/s]", "F [N]"
+        ),
+        plot([Line(n, t, first.columns[c][shown]) for n, c in torques.items()], "Torques", "time [s]", "torque [N m]"),
+    )
+
+
+def _shown(run: Trajectory) -> tuple[np.ndarray, np.ndarray]:
+    begin = EXPERIMENT.evaluate_from
+    shown = (run.time >= begin) & (run.time <= begin + SHOWN_S)
+    return run.time[shown], shown
+
+
+def _deg(run: Trajectory, column: str, shown: np.ndarray) -> np.ndarray:
+    return np.degrees(run.columns[column][shown])

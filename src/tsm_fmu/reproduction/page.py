@@ -1,0 +1,166 @@
+"""The page of a reproduction: facts by verdict, claim by claim with code and test, figures as the papers draw them."""
+
+from __future__ import annotations
+
+import ast
+from functools import cache
+from importlib import import_module
+from importlib.resources import files
+from inspect import getsource
+from typing import Any
+
+import plotly.graph_objects as go
+from jinja2 import Environment, StrictUndefined
+from plotly.offline import get_plotlyjs
+
+from .. import __version__
+from ..report import Table
+from ..report.page import format_number
+from .claims import NOTHING, Claim, Method
+from .published import ITEMS, PAPERS, Item
+from .result import PaperResult
+from .run import Reproduction
+from .verdict import Verdict
+
+SHORT = {
+    Verdict.REPRODUCED: "reproduced",
+    Verdict.CONSISTENT: "consistent",
+    Verdict.NOT_DETERMINED: "not determined",
+    Verdict.READING_EXCLUDED: "reading excluded",
+    Verdict.NOT_EXPLAINED: "not explained",
+    Verdict.INTERNAL_ERROR: "internal error",
+}
+MEANING = {
+    Verdict.REPRODUCED: "what is printed follows from the paper's equations, nothing left open",
+    Verdict.CONSISTENT: "every admissible value of what is open gives it, or one set meets more numbers than it has "
+    "values",
+    Verdict.NOT_DETERMINED: "it hangs on something that the paper does not print",
+    Verdict.READING_EXCLUDED: "one reading, ours, of an ambiguous print fails",
+    Verdict.NOT_EXPLAINED: "a measured number that the equations give with no admissible value of what is open",
+    Verdict.INTERNAL_ERROR: "the paper's own equations or numbers contradict each other",
+}
+
+
+def page_html(done: Reproduction) -> str:
+    """The whole page as one file that needs no network."""
+    return _template().render(
+        papers=[
+            {
+                "key": paper,
+                "short": short(paper),
+                "title": PAPERS[paper],
+                "claims": [_row(c) for c in result.claims],
+                "shown": [_item(item, result) for item in ITEMS if item.paper == paper and not item.no_claim],
+                "silent": [i for i in ITEMS if i.paper == paper and i.no_claim],
+            }
+            for paper, result in done.results.items()
+        ],
+        verdicts=[{"text": SHORT[v], "slug": slug(v), "meaning": MEANING[v]} for v in Verdict],
+        counts={paper: done.counts(paper) for paper in done.results},
+        total=done.counts(),
+        values={SHORT[v]: v.value for v in Verdict},
+        claims=len(done.claims),
+        co_simulated=done.co_simulated,
+        headline=_headline(done),
+        quick=done.quick,
+        version=__version__,
+        wall_s=f"{done.wall_s:.0f}",
+        plotly_js=get_plotlyjs(),
+    )
+
+
+def short(paper: str) -> str:
+    """Name of a paper in a column."""
+    return PAPERS[paper].partition(":")[0]
+
+
+def slug(verdict: Verdict) -> str:
+    """Name of a verdict in the style sheet and the filter."""
+    return verdict.name.lower().replace("_", "-")
+
+
+def _headline(done: Reproduction) -> str:
+    """The main row of MSSP 2015, which the page opens with."""
+    for claim in done.claims:
+        if claim.key == "mssp2015.together":
+            said = f"{claim.reason[0].upper()}{claim.reason[1:]}"
+            return f"MSSP 2015, 10.5 -> 3 and 12.3 -> 4 deg: {SHORT[claim.verdict]}. {said}."
+    return ""
+
+
+def _row(claim: Claim) -> dict[str, Any]:
+    unit = "" if claim.unit in ("", "1") else f" [{claim.unit}]"
+    return {
+        "key": claim.key,
+        "id": claim.key.replace(".", "-"),
+        "item": claim.items[0],
+        "more_items": ", ".join(claim.items[1:]),
+        "quantity": claim.quantity + unit,
+        "printed": "" if claim.printed == NOTHING else claim.printed,
+        "ours": "" if claim.ours == NOTHING else claim.ours,
+        "verdict": SHORT[claim.verdict],
+        "slug": slug(claim.verdict),
+        "reason": claim.reason,
+        "kind": claim.kind.value,
+        "method": claim.method.value,
+        "fmu": claim.method is Method.CO_SIMULATION,
+        "assumed": [str(a) for a in claim.assumed],
+        "code": claim.code,
+        "source": source(claim.code),
+        "test": f"tests/reproduction/test_claims.py, {claim.key}",
+    }
+
+
+@cache
+def source(code: str) -> str:
+    """Text of the function that computes a claim.
+
+    Raises
+    ------
+    ValueError
+        ``code`` names none.
+    """
+    module, _, name = code.partition(":")
+    text = getsource(import_module(module))
+    for node in ast.parse(text).body:
+        if isinstance(node, ast.FunctionDef) and node.name == name:
+            return "\n".join(text.splitlines()[node.lineno - 1 : node.end_lineno])
+    raise ValueError(f"code {code!r} -- expected module:function")
+
+
+def _item(item: Item, result: PaperResult) -> dict[str, Any]:
+    figures = result.figures.get(item.label, ())
+    table = result.tables.get(item.label)
+    rows = [c for c in result.claims if item.label in c.items]
+    return {
+        "label": item.label,
+        "id": f"{item.paper}-{item.label}".replace(" ", "").replace(".", ""),
+        "shows": item.shows,
+        "text": result.texts.get(item.label, ""),
+        "table": _cells(table) if table else None,
+        "figures": [_figure(f) for f in figures],
+        "claims": [
+            {"key": c.key, "id": c.key.replace(".", "-"), "verdict": SHORT[c.verdict], "slug": slug(c.verdict)}
+            for c in rows
+        ],
+    }
+
+
+def _cells(table: Table) -> dict[str, Any]:
+    rows = [[format_number(c) for c in row] for row in table.rows]
+    return {"heading": table.heading, "rows": rows, "caption": table.caption}
+
+
+def _figure(figure: go.Figure) -> str:
+    return figure.to_html(
+        full_html=False,
+        include_plotlyjs=False,
+        config={"responsive": True, "displayModeBar": False},
+        default_width="100%",
+    )
+
+
+@cache
+def _template() -> Any:
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    return environment.from_string(files("tsm_fmu.reproduction").joinpath("page.html").read_text(encoding="utf-8"))

@@ -1,0 +1,65 @@
+"""MSSP 2015: the loops behind its claims against closed forms, kernels and python-control."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tsm_fmu.cosim.system import Experiment
+from tsm_fmu.reproduction.mssp2015 import completion as c
+
+PERIOD = Experiment(stop=10.0, step=2e-3, evaluate_from=5.0, tracking_error="error.y")
+
+
+def test_the_ideal_loop_has_the_closed_forms_of_the_published_set():
+    found = c.ideal(c.published())
+    assert found["periodic.width"] == pytest.approx(10.406, abs=2e-2)  # sampled at 4 ms
+    assert found["periodic.residual"] == pytest.approx(6.481, abs=2e-2)
+    assert found["periodic.std"] == pytest.approx(1.017, abs=2e-3)
+
+
+@pytest.mark.parametrize(("B", "alpha", "residual", "std"), [(0.65, 3.864, 3.09, 0.640), (0.70, 3.31, 2.70, 0.586)])
+def test_the_ideal_loop_of_milder_plants_with_their_own_compensator(B, alpha, residual, std):
+    found = c.ideal(c.Completion(1.00056, B, alpha, own=True))
+    assert found["periodic.residual"] == pytest.approx(residual, abs=2e-2)
+    assert found["periodic.std"] == pytest.approx(std, abs=3e-3)
+
+
+def test_the_lag_of_the_ideal_loop_is_that_of_a_first_order():
+    """On a plant without backlash a lag tau leaves the sine of 1 - 1/(1 + i w tau)."""
+    plain = c.Completion(1.0, 1.0 - 1e-12, 5.0, lag=0.021)
+    w = math.tau * 0.2
+    expected = 120.0 * abs(1.0 - 1.0 / (1.0 + 1j * w * 0.021))
+    assert c.ideal(plain)["periodic.width"] == pytest.approx(expected, rel=1e-3)
+
+
+def test_the_loop_of_fmus_is_the_ideal_loop_but_for_its_drive():
+    """A stiff position loop and a count of the encoder: the numbers agree within what both can do."""
+    completion = c.Completion(0.988, 0.69, 4.84, lag=0.0211)
+    (found,) = c.co_simulated([completion], PERIOD)
+    ideal = c.ideal(completion, PERIOD)
+    for name in c.NAMES:
+        assert found[name] == pytest.approx(ideal[name], abs=0.15), name
+
+
+def test_a_lag_in_the_loop_of_fmus_is_seen_in_the_width():
+    slow, fast = c.co_simulated([c.Completion(1.0, 0.7, 4.8, lag=0.03), c.Completion(1.0, 0.7, 4.8)], PERIOD)
+    ideal = [c.ideal(c.Completion(1.0, 0.7, 4.8, lag=tau), PERIOD)["periodic.width"] for tau in (0.03, 0.0)]
+    assert slow["periodic.width"] - fast["periodic.width"] == pytest.approx(ideal[0] - ideal[1], abs=0.05)
+
+
+def test_deviations_are_one_on_the_edge_of_a_print():
+    numbers = {name: span.hi for name, span in ((n, c.TRACKED[n].span) for n in c.NAMES)}
+    np.testing.assert_allclose(c.deviations(numbers), 1.0)
+    assert c.worst({**numbers, "periodic.width": c.TRACKED["periodic.width"].span.middle}) == pytest.approx(1.0)
+
+
+def test_a_search_finds_a_set_that_is_there():
+    """Numbers of a known completion as targets: the refinement returns to it from nearby."""
+    truth = c.Completion(0.99, 0.62, 5.5, lag=0.012)
+    wanted = c.ideal(truth, PERIOD)
+    shift = {n: c.TRACKED[n].span.middle - wanted[n] for n in c.NAMES}
+    near = replace(truth, c=0.985, B=0.6, alpha=5.2, lag=0.015)
+    found = c._at(near, c._refined(near, c._place(near), shift, PERIOD))
+    assert c._cost(c._place(found), near, shift, PERIOD) < 0.2 * c._cost(c._place(near), near, shift, PERIOD)
