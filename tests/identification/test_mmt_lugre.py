@@ -17,9 +17,9 @@ from tsm_fmu.identification.fit import Fit, fit
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun
 from tsm_fmu.regression.specification import search_space
-from tsm_fmu.reproduction.mmt2015.paper import PERIODIC
+from tsm_fmu.reproduction.mmt2015.forces import PERIODIC
 from tsm_fmu.reproduction.motions import friction, sines
-from tsm_fmu.reproduction.numbers import MMT_MSE_LUGRE, MMT_MSE_PERIODIC
+from tsm_fmu.scenarios.papers import MMT_MSE_LUGRE, MMT_MSE_PERIODIC
 
 MOTION = sines(PERIODIC, 10.0, 2e-3)
 PUBLISHED = kernel("LuGreFriction").params("mmt2015")

@@ -67,7 +67,7 @@ def _from_first_displacement(case: str) -> tuple[float, float]:
     """
     p = kernel("LebusTransmission").params(case)
     lam = p.mu * math.radians(float(case.rpartition("_")[2]))
-    length = p.L_1
+    length = p.L[0]
     integral = length * -math.expm1(-lam) / lam
     pull = WEIGHT_N[case] * math.exp(lam)
     true = (pull * integral - p.T_0 * length) / p.EA

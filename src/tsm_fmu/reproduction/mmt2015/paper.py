@@ -165,7 +165,7 @@ def _ranges(found: Mapping[str, Trajectory]) -> list[Claim]:
             open_claim(
                 f"mmt2015.range_{item[-1]}",
                 item,
-                "range of F, |S|, all readings",
+                f"range of F in {item}, |S|, all readings",
                 "the axes are not legible in our copy, and the order of the pull branches is not settled; extremes "
                 "of the "
                 f"readings: highest {Span.of(*(f.max() for f in forces))}, lowest "

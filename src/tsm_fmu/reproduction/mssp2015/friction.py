@@ -120,7 +120,7 @@ def _estimates(runs: Mapping[str, Trajectory]) -> list[Claim]:
                 open_claim(
                     f"mssp2015.{motion}_{column.removesuffix('_N')}",
                     (TABLES[motion], FRICTION[motion]),
-                    f"error of the estimated friction, {said}, haptic loop",
+                    f"error of the estimated friction, {said}, {motion.replace('_', '-')} motion, haptic loop",
                     missing,
                     ours=Span.of(*(float(statistic(e)) for name, e in errors.items() if name.startswith(f"{motion}."))),
                     prints=[table(motion, column, "N")],
