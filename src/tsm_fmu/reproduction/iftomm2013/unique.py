@@ -11,11 +11,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 
 from ...cosim.trajectory import Trajectory
+from ...identification.fit import fit
 from ...kernels.kernel import kernel
-from ...verbs.identify import identify
+from ...regression.problem import FitRun
+from ...regression.specification import search_space
 from ..claims import Claim, Method, Open, statement_claim
 from ..verdict import Condition, Kind, Verdict
 from .printed import ERROR
@@ -42,33 +43,25 @@ def recovered(run: Trajectory, method: str) -> Recovered:
     kept = slice(0, round(10.0 / (run.time[1] - run.time[0])), every)
     rng = np.random.default_rng(2013)
     force = run.columns["plant.F"][kept]
-    table = pd.DataFrame(
-        {
-            "time [s]": run.time[kept],
-            "v [m/s]": run.columns["reference.dy"][kept],
-            "a [m/s2]": run.columns["reference.ddy"][kept],
-            "T_in [N]": np.zeros(force.size),
-            "T_load [N]": np.zeros(force.size),
-            "F [N]": force + rng.normal(0.0, NOISE_N, force.size),
-        }
-    )
+    rest = np.zeros(force.size)
+    inputs = np.column_stack([run.columns["reference.dy"][kept], run.columns["reference.ddy"][kept], rest, rest])
+    noisy = force + rng.normal(0.0, NOISE_N, force.size)
     k = kernel(MODEL)
-    truth = {name: float(value) for name, value in k.params("published")._asdict().items()}
+    truth = {v.name: float(getattr(k.params("published"), v.field)) for v in k.parameters}
     names = [v.name for v in k.parameters if v.name not in FIXED]
     off = {n: truth[n] * (1.0 + 0.2 * (-1.0) ** i) for i, n in enumerate(names)}
-    found = identify(MODEL, table, values=off, fixed=FIXED, method=method, seed=1)
-    fit = found.card.parameters
+    space = search_space(k, "published", off, FIXED)
+    found = fit(
+        k, [FitRun("multi-periodic", run.time[kept], inputs, noisy[:, None])], ["F"], space, method=method, seed=1
+    )
+    fitted = {v.name: found.parameters[v.field] for v in k.parameters if v.name in names}
     widths = {
         n: 1.96 * p.stderr / abs(p.value) if p.stderr is not None and p.value else float("inf")
-        for n, p in fit.items()
-        if n in names
+        for n, p in fitted.items()
     }
-    model = k.simulate(
-        k.params("published", {n: fit[n].value for n in names}),
-        run.time[kept],
-        np.column_stack([table[c] for c in ("v [m/s]", "a [m/s2]", "T_in [N]", "T_load [N]")]),
-    )[:, 0]
-    return Recovered({n: fit[n].value / truth[n] for n in names}, widths, float(np.sqrt(np.mean((model - force) ** 2))))
+    values = {n: float(p.value) for n, p in fitted.items()}
+    model = k.simulate(k.params("published", values), run.time[kept], inputs)[:, 0]
+    return Recovered({n: values[n] / truth[n] for n in names}, widths, float(np.sqrt(np.mean((model - force) ** 2))))
 
 
 def unique_claim(run: Trajectory, quick: bool) -> Claim:
