@@ -9,7 +9,7 @@ import pytest
 from tsm_fmu.cosim.system import Experiment
 from tsm_fmu.reproduction.mssp2015 import completion as c
 
-PERIOD = Experiment(stop=10.0, step=2e-3, evaluate_from=5.0, tracking_error="error.y")
+PERIOD = Experiment(stop=10.0, step=2e-3, evaluate_from=5.0, tracking_error="error.y", loops="delay")
 
 
 def test_the_ideal_loop_has_the_closed_forms_of_the_published_set():

@@ -38,9 +38,9 @@ GEAR = 134.0
 """Of the same motor in ICINCO 2013; MSSP 2015 prints none."""
 COUNT = math.radians(360.0 / (4.0 * 3600.0))
 """Of the follower's encoder, E6D-CWZ1E 3600P/R (Section 4), both edges of both channels [rad]."""
-EXPERIMENT = Experiment(stop=40.0, step=2e-3, evaluate_from=5.0, tracking_error="error.y")
+EXPERIMENT = Experiment(stop=40.0, step=2e-3, evaluate_from=5.0, tracking_error="error.y", loops="delay")
 """The window is not published; the non-periodic motion needs 30 s or more to come near its largest strokes."""
-SHORT = Experiment(stop=10.0, step=2e-3, evaluate_from=5.0, tracking_error="error.y")
+SHORT = Experiment(stop=10.0, step=2e-3, evaluate_from=5.0, tracking_error="error.y", loops="delay")
 """For tests: one period."""
 WITH_EFFECTS = {"PidController": "PidController+sensor_lag@r", "Sum": "Sum+quantisation@u2"}
 """The command reaches the position loop with a lag; the error is that of the follower's encoder."""

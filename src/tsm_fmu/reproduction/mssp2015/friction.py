@@ -20,7 +20,7 @@ from ..verdict import Condition, Kind, Span, Verdict
 from .completion import Completion, system
 from .printed import FRICTION, FRICTION_ERROR, MOTIONS, TABLES, WIDTH, table
 
-EXPERIMENT = Experiment(stop=20.0, step=2e-3, evaluate_from=10.0, tracking_error="error.y")
+EXPERIMENT = Experiment(stop=20.0, step=2e-3, evaluate_from=10.0, tracking_error="error.y", loops="delay")
 WIRES, WIRE_M = 49, 0.27e-3 / 9.0
 """Tendon WR7x7D0.27: 49 wires, nine across the rope."""
 STRENGTH_PA = (2241e6, 2448e6)
