@@ -9,12 +9,10 @@ own, ``tsm_fmu_<tag>``, and a start script ``<name>_<tag>.py``; the tag comes fr
 from __future__ import annotations
 
 import ast
-import html
 import keyword
 import re
 from collections.abc import Collection, Mapping
 from importlib import import_module, resources
-from importlib.metadata import distribution
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -26,6 +24,7 @@ from pythonfmu.fmi2slave import Fmi2Slave
 from ..kernels.kernel import Kernel
 from ..models.contract import InputError
 from . import slave
+from .accompanying import documentation, icon, licence, source_of
 from .archive import named, packed
 from .content import GUID_MARK, TAG_MARK
 from .description import Flavour, interface, model_description
@@ -216,12 +215,6 @@ def needed_sources(*modules: ModuleType) -> dict[str, str]:
     return dict(sorted(found.items()))
 
 
-def source_of(module: ModuleType) -> str:
-    """Text of a module; a kernel that was written at run time carries its text in ``SOURCE_TEXT``."""
-    text: Any = getattr(module, "SOURCE_TEXT", None)
-    return text if text is not None else Path(str(module.__file__)).read_text(encoding="utf-8")
-
-
 def _isolated(text: str) -> str:
     """Turn absolute imports of this package and of PythonFMU into imports of the FMU's own package."""
     text = re.sub(rf"^from {PACKAGE}\b", f"from {PACKAGE}_{TAG_MARK}", text, flags=re.MULTILINE)
@@ -235,21 +228,3 @@ def _libraries(name: str) -> dict[str, bytes]:
         for library in platform.iterdir():
             found[f"binaries/{platform.name}/{name}{Path(library.name).suffix}"] = library.read_bytes()
     return found
-
-
-def licence(package: str) -> str:
-    files = distribution(package).files or []
-    return next(f for f in files if f.name == "LICENSE").read_text()
-
-
-def icon() -> bytes:
-    """The picture that tools draw on the block, FMI 2.0, 2.3."""
-    return resources.files(PACKAGE).joinpath("data/icon.png").read_bytes()
-
-
-def documentation(kernel: Kernel, name: str) -> str:
-    text = html.escape((kernel.module.__doc__ or "").strip())
-    return (
-        f'<!DOCTYPE html>\n<meta charset="utf-8">\n<title>{name}</title>\n<h1>{name}</h1>\n<pre>{text}</pre>\n'
-        '<p><a href="fmi-ls-ref.html">Reference results</a></p>\n'
-    )

@@ -136,12 +136,8 @@ def decade(magnitude: float) -> float | None:
     return 10.0 ** round(math.log10(abs(magnitude))) if magnitude else None
 
 
-def model_description(fmu: Interface, guid: str, flavour: Flavour, fmi: int = 2) -> Element:
-    """Complete ``fmiModelDescription`` of FMI 2.0 or 3.0."""
-    if fmi == 3:
-        from .description3 import model_description as of_fmi3
-
-        return of_fmi3(fmu, guid, flavour)
+def model_description(fmu: Interface, guid: str, flavour: Flavour) -> Element:
+    """Complete ``fmiModelDescription``."""
     root = Element(
         "fmiModelDescription",
         fmiVersion="2.0",

@@ -30,7 +30,7 @@ TERMINALS = {
 """Variables that belong to one connector, by its name; a model has those of its own."""
 
 
-def model_description(fmu: Interface, guid: str, flavour: Flavour) -> Element:
+def model_description3(fmu: Interface, guid: str, flavour: Flavour) -> Element:
     """Complete ``fmiModelDescription`` of FMI 3.0."""
     root = Element(
         "fmiModelDescription",

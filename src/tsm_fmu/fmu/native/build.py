@@ -9,11 +9,11 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from ...kernels.kernel import Kernel
+from ..accompanying import documentation, icon, licence
 from ..archive import named
-from ..build import documentation, icon, licence
 from ..content import GUID_MARK
 from ..description import Flavour, interface, model_description
-from ..description3 import terminals
+from ..description3 import model_description3, terminals
 from ..reference import reference_files, reference_run
 from .interface_source import interface_files
 from .model_source import model_files
@@ -64,7 +64,7 @@ def native_files(
     reference = reference_run(kernel, params)
     fmu = interface(kernel, name, starts, reference.largest())
     sources = sources_of(kernel, fmu, fmi)
-    xml = model_description(fmu, GUID_MARK, native_flavour(), fmi)
+    xml = (model_description if fmi == 2 else model_description3)(fmu, GUID_MARK, native_flavour())
     texts = {
         "modelDescription.xml": _document(xml),
         "sources/buildDescription.xml": _document(_build_description(name)),

@@ -12,7 +12,7 @@ from types import FunctionType, ModuleType
 from typing import Any, NoReturn
 
 from ...models.contract import InputError
-from ..build import source_of
+from ..accompanying import source_of
 
 _TOOL_COMMENTS = ("noqa", "fmt:", "type:", "pyright:")
 

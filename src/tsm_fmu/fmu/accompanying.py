@@ -1,0 +1,38 @@
+"""What accompanies the code in an FMU of any flavour: documentation, licences, icon; and the text of a kernel."""
+
+from __future__ import annotations
+
+import html
+from importlib import resources
+from importlib.metadata import distribution
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from ..kernels.kernel import Kernel
+
+
+def licence(package: str) -> str:
+    """Licence text of an installed package."""
+    files = distribution(package).files or []
+    return next(f for f in files if f.name == "LICENSE").read_text()
+
+
+def icon() -> bytes:
+    """The picture that tools draw on the block, FMI 2.0, 2.3."""
+    return resources.files("tsm_fmu").joinpath("data/icon.png").read_bytes()
+
+
+def documentation(kernel: Kernel, name: str) -> str:
+    """Page of an FMU: the text of its model."""
+    text = html.escape((kernel.module.__doc__ or "").strip())
+    return (
+        f'<!DOCTYPE html>\n<meta charset="utf-8">\n<title>{name}</title>\n<h1>{name}</h1>\n<pre>{text}</pre>\n'
+        '<p><a href="fmi-ls-ref.html">Reference results</a></p>\n'
+    )
+
+
+def source_of(module: ModuleType) -> str:
+    """Text of a module; a kernel that was written at run time carries its text in ``SOURCE_TEXT``."""
+    text: Any = getattr(module, "SOURCE_TEXT", None)
+    return text if text is not None else Path(str(module.__file__)).read_text(encoding="utf-8")
