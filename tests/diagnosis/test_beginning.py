@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.fits.refit import Task, refit
-from tsm_fmu.diagnosis.runs.beginning import compared, friction_channels
+from tsm_fmu.diagnosis.runs.beginning import compared_after_start, friction_channels
 from tsm_fmu.diagnosis.runs.motion_signals import coordinates_of
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun, Problem
@@ -27,7 +27,7 @@ def stroked(hold: float, seconds: float = 13.0) -> FitRun:
 
 @pytest.mark.parametrize("hold", [0.0, 1.7])
 def test_a_run_is_compared_once_the_drive_has_moved_by_a_tenth_of_its_stroke(hold: float) -> None:
-    run = compared(kernel("TendonDrive"), stroked(hold), ("x_out", "tau_in"))
+    run = compared_after_start(kernel("TendonDrive"), stroked(hold), ("x_out", "tau_in"))
     moved = np.arcsin(0.2) / 1.31  # the stroke is that of nearly all samples, a little less
     assert hold + 0.85 * moved < run.time[0] <= hold + moved + DT
     assert run.lead_time[0] == 0.0
@@ -37,24 +37,24 @@ def test_a_run_is_compared_once_the_drive_has_moved_by_a_tenth_of_its_stroke(hol
 
 def test_half_of_a_run_is_compared_whatever_it_does() -> None:
     run = stroked(29.0)
-    assert compared(kernel("TendonDrive"), run, ("tau_in",)).time.size == run.time.size - run.time.size // 2
+    assert compared_after_start(kernel("TendonDrive"), run, ("tau_in",)).time.size == run.time.size - run.time.size // 2
 
 
 def test_a_speed_counts_by_its_travel_and_a_model_without_motion_has_no_beginning() -> None:
     t = np.arange(900) * DT
     v = np.where(t > 1.1, 0.37, 0.0)
-    run = compared(kernel("LuGreFriction"), FitRun("a", t, v[:, None], v[:, None]), ("F",))
+    run = compared_after_start(kernel("LuGreFriction"), FitRun("a", t, v[:, None], v[:, None]), ("F",))
     span = 0.9 * 0.37 * (t[-1] - 1.1)
     assert run.time[0] == pytest.approx(1.1 + 0.1 * span / 0.37, abs=0.1)
     still = FitRun("b", t, np.zeros((900, 1)), v[:, None])
-    assert compared(kernel("LuGreFriction"), still, ("F",)).lead_time.size == 0
+    assert compared_after_start(kernel("LuGreFriction"), still, ("F",)).lead_time.size == 0
     wound = FitRun("c", t, np.column_stack([t, t]), np.column_stack([t]))
-    assert compared(kernel("LebusWinding"), wound, ("F_w",)) is wound
+    assert compared_after_start(kernel("LebusWinding"), wound, ("F_w",)) is wound
 
 
 def test_where_no_friction_is_measured_its_past_does_not_matter() -> None:
     whole = stroked(0.4)
-    assert compared(kernel("TendonDrive"), whole, ("x_out",)) is whole
+    assert compared_after_start(kernel("TendonDrive"), whole, ("x_out",)) is whole
     assert friction_channels(kernel("TendonDrive")) == {"tau_in"}
     assert friction_channels(kernel("PairedTsmBacklash")) == set()
     assert friction_channels(kernel("SingleTsmDahl")) >= {"F", "T_out", "T_drive"}
@@ -62,7 +62,7 @@ def test_where_no_friction_is_measured_its_past_does_not_matter() -> None:
 
 def test_what_is_compared_is_the_end_of_the_whole_simulation() -> None:
     model, whole = kernel("TendonDrive"), stroked(0.4)
-    cut = compared(model, whole, ("tau_in",))
+    cut = compared_after_start(model, whole, ("tau_in",))
     parameters = search_space(model, None, {"x_h_0": 0.031})
     one, two = (Problem(model, [run], ("x_out",), parameters) for run in (whole, cut))
     full, part = one.outputs(0, one.start()[0]), two.outputs(0, two.start()[0])
@@ -75,7 +75,7 @@ def test_what_is_compared_is_the_end_of_the_whole_simulation() -> None:
         assert np.array_equal(getattr(here, name), getattr(there, name)[cut.lead_time.size :]), name
 
 
-@pytest.mark.parametrize(("beginning", "fitted"), [(compared, False), (lambda _, run, __: run, True)])
+@pytest.mark.parametrize(("beginning", "fitted"), [(compared_after_start, False), (lambda _, run, __: run, True)])
 def test_a_state_that_is_forgotten_is_not_fitted(beginning: Callable[..., FitRun], fitted: bool) -> None:
     """Friction of 3.1 N, with Dahl's presliding over 0.2 mm from 0.7 of it, held for a second at the start."""
     t = np.arange(1500) * DT

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, interleaved, shortlist
-from tsm_fmu.diagnosis.choice.supported import Choice, chosen, dominated, indistinct, left
+from tsm_fmu.diagnosis.choice.supported import Choice, choice_of, dominated, indistinguishable, log_residual
 from tsm_fmu.diagnosis.criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,
     DIFFERENCE_DEVIANCE,
@@ -24,21 +24,23 @@ MANY = 1e5
 
 def made(
     added: str, rmse: float, held: float | None = None, *, parameters: int = 5, effective: float = MANY,
-    freedoms: dict[str, float] | None = None, unit: float = SPREAD, form: float = 0.0,
+    nuisance_specs: dict[str, float] | None = None, unit: float = SPREAD, model_form: float = 0.0,
 ) -> Hypothesis:  # fmt: skip
     """What leaves ``rmse`` (of the spread) on one channel; ``added`` are ids with blanks between."""
     fitted: Any = SimpleNamespace(
-        spread=np.array([unit]), rmse=np.array([rmse * unit]), effects=(*added.split(), *(freedoms or ())),
+        spread=np.array([unit]), rmse=np.array([rmse * unit]), effects=(*added.split(), *(nuisance_specs or ())),
         problem=SimpleNamespace(shared=tuple(range(parameters))),
-        task=SimpleNamespace(form=np.array([form * unit]), earned={}),
+        task=SimpleNamespace(model_form=np.array([model_form * unit]), reference_removal={}),
     )  # fmt: skip
     square = (None if held is None else np.array([(held * unit) ** 2]), np.array([effective]), np.array([effective]))
-    weighed: Any = {spec: (removed, fitted) for spec, removed in (freedoms or {}).items()}
+    nuisance_tests: Any = {spec: (removed, fitted) for spec, removed in (nuisance_specs or {}).items()}
     measured = np.array([(rmse * unit) ** 2])
-    return Hypothesis(tuple(added.split()), fitted, tuple(weighed), measured, *square, weighed=weighed)
+    return Hypothesis(
+        tuple(added.split()), fitted, tuple(nuisance_tests), measured, *square, nuisance_tests=nuisance_tests
+    )
 
 
-def without(gain: float, before: float = 0.05) -> float:
+def refit_without(gain: float, before: float = 0.05) -> float:
     """RMSE after something of RMS ``gain`` is gone."""
     return float(np.sqrt(before**2 - gain**2))
 
@@ -50,7 +52,7 @@ def names(choice: Choice) -> list[tuple[str, ...]]:
 @pytest.mark.parametrize(("gain", "named"), [(0.9 * EFFECT_SPREAD_SHARE, False), (1.2 * EFFECT_SPREAD_SHARE, True)])
 def test_an_effect_within_the_form_of_a_model_is_not_named(gain: float, named: bool) -> None:
     plain = made("", 0.05)
-    choice = chosen([plain, made("inertia", without(gain))], plain)
+    choice = choice_of([plain, made("inertia", refit_without(gain))], plain)
     assert names(choice) == [("inertia",) if named else ()]
     assert choice.best.added == ("inertia",)
 
@@ -59,15 +61,15 @@ def test_a_smaller_effect_is_named_where_it_removes_nearly_all_of_the_gap() -> N
     plain = made("", 1.5 * CLEAN_EFFECT_SPREAD_SHARE, 1.5 * CLEAN_EFFECT_SPREAD_SHARE)
     assert 1.5 * CLEAN_EFFECT_SPREAD_SHARE < EFFECT_SPREAD_SHARE
     everywhere = made("inertia", 0.2 * CLEAN_EFFECT_SPREAD_SHARE, 0.2 * CLEAN_EFFECT_SPREAD_SHARE)
-    assert names(chosen([plain, everywhere], plain)) == [("inertia",)]
+    assert names(choice_of([plain, everywhere], plain)) == [("inertia",)]
     only_measured = made("inertia", 0.2 * CLEAN_EFFECT_SPREAD_SHARE, 0.9 * CLEAN_EFFECT_SPREAD_SHARE)
-    assert names(chosen([plain, only_measured], plain)) == [()]
+    assert names(choice_of([plain, only_measured], plain)) == [()]
 
 
 @pytest.mark.parametrize(("effective", "named"), [(19.0, False), (2000.0, True)])
 def test_few_independent_samples_make_a_difference_of_noise(effective: float, named: bool) -> None:
     plain = made("", 0.05, effective=effective)
-    found = chosen([plain, made("inertia", without(0.02), effective=effective)], plain)
+    found = choice_of([plain, made("inertia", refit_without(0.02), effective=effective)], plain)
     assert bool(found.winner.effects) is named
 
 
@@ -77,50 +79,50 @@ def test_a_right_law_may_leave_a_little_of_what_the_best_removes() -> None:
     allowed = FIT_SPREAD_SHARE**2 + LAW_FORM_SHARE * removed + DIFFERENCE_DEVIANCE * 0.03**2 / MANY
     near = made("stribeck", np.sqrt(0.03**2 + 0.98 * allowed))
     far = made("inertia", np.sqrt(0.03**2 + 1.02 * allowed))
-    assert indistinct(near, best, plain)
-    assert not indistinct(far, best, plain)
-    assert names(chosen([plain, far, near, best], plain)) == [("viscous",), ("stribeck",)]
+    assert indistinguishable(near, best, plain)
+    assert not indistinguishable(far, best, plain)
+    assert names(choice_of([plain, far, near, best], plain)) == [("viscous",), ("stribeck",)]
 
 
 def test_rivals_that_differ_on_held_out_runs_are_told_apart() -> None:
     plain = made("", 0.31, 0.29)
     one, other = made("viscous", 0.03, 0.028), made("stribeck", 0.031, 0.17)
-    assert names(chosen([plain, other, one], plain)) == [("viscous",)]
+    assert names(choice_of([plain, other, one], plain)) == [("viscous",)]
 
 
 def test_two_effects_only_where_one_leaves_clearly_more() -> None:
     plain, one = made("", 0.31), made("inertia", 0.04)
     slightly, clearly = made("inertia stribeck", 0.0399), made("inertia stribeck", 0.011)
-    assert names(chosen([plain, one, slightly], plain)) == [("inertia",)]
-    assert names(chosen([plain, one, clearly], plain)) == [("inertia", "stribeck")]
+    assert names(choice_of([plain, one, slightly], plain)) == [("inertia",)]
+    assert names(choice_of([plain, one, clearly], plain)) == [("inertia", "stribeck")]
 
 
 def test_the_allowance_of_a_second_effect_is_for_what_the_second_removes() -> None:
     plain, one = made("", 0.9), made("inertia", 0.1)
     best, rival = made("inertia stribeck", 0.031), made("inertia delay", 0.045)
-    assert names(chosen([plain, one, best, rival], plain)) == [("inertia", "stribeck")]
-    assert indistinct(rival, best, plain)  # beside the whole gap the difference would be nothing
+    assert names(choice_of([plain, one, best, rival], plain)) == [("inertia", "stribeck")]
+    assert indistinguishable(rival, best, plain)  # beside the whole gap the difference would be nothing
 
 
 @pytest.mark.parametrize(("left", "rivals"), [(0.09, 2), (0.12, 1)])
 def test_a_right_law_may_leave_something_but_no_wrong_one_then_leaves_next_to_nothing(left: float, rivals: int) -> None:
     plain = made("", 0.9)
-    assert len(chosen([plain, made("inertia", 0.03), made("creep", left)], plain).supported) == rivals
+    assert len(choice_of([plain, made("inertia", 0.03), made("creep", left)], plain).supported) == rivals
 
 
 @pytest.mark.parametrize(("left", "expected"), [(0.05, ("thermal",)), (0.02, ("thermal", "wear"))])
 def test_what_hides_behind_a_named_effect_must_leave_next_to_nothing(left: float, expected: tuple) -> None:
     plain, one, both = made("", 0.4), made("thermal", 0.1), made("thermal wear", left)
-    assert names(chosen([plain, one, both], plain)) == [expected]
+    assert names(choice_of([plain, one, both], plain)) == [expected]
     other = made("thermal inertia", left)  # does not hide behind it
-    assert names(chosen([plain, one, other], plain)) == [("thermal", "inertia")]
+    assert names(choice_of([plain, one, other], plain)) == [("thermal", "inertia")]
 
 
 def test_what_removes_less_than_the_gap_on_reference_runs_corrects_the_form() -> None:
-    plain, one = made("", 0.9, form=0.08), made("inertia", 0.1, form=0.08)
+    plain, one = made("", 0.9, model_form=0.08), made("inertia", 0.1, model_form=0.08)
     for form, expected in ((0.08, ("inertia",)), (0.06, ("inertia", "stribeck"))):
-        both = made("inertia stribeck", without(0.07, 0.1), form=form)
-        assert names(chosen([plain, one, both], plain)) == [expected]
+        both = made("inertia stribeck", refit_without(0.07, 0.1), model_form=form)
+        assert names(choice_of([plain, one, both], plain)) == [expected]
 
 
 def test_of_equals_the_one_that_needs_more_parameters_is_dropped() -> None:
@@ -128,35 +130,35 @@ def test_of_equals_the_one_that_needs_more_parameters_is_dropped() -> None:
     few, many = made("inertia", 0.03, parameters=6), made("acceleration_branches", 0.03, parameters=9)
     assert dominated(many, few)
     assert not dominated(few, many)
-    assert names(chosen([plain, many, few], plain)) == [("inertia",)]
+    assert names(choice_of([plain, many, few], plain)) == [("inertia",)]
     hidden = made("creep", 0.03, parameters=9)
     assert not dominated(hidden, few)
-    assert len(chosen([plain, hidden, few], plain).supported) == 2  # a set: each hides behind the other
+    assert len(choice_of([plain, hidden, few], plain).supported) == 2  # a set: each hides behind the other
     better = made("acceleration_branches", 0.0297, parameters=9)
     assert not dominated(better, few)
-    assert len(chosen([plain, better, few], plain).supported) == 2
+    assert len(choice_of([plain, better, few], plain).supported) == 2
     noisy = made("acceleration_branches", 0.0297, parameters=9, effective=31.0)
     assert dominated(noisy, made("inertia", 0.03, parameters=6, effective=31.0))  # two per cent are noise
 
 
 def test_a_freedom_that_does_much_is_an_effect_as_any_other() -> None:
     plain = made("", 0.31)
-    with_lag = made("inertia", 0.03, freedoms={"sensor_lag@F": 0.027})
+    with_lag = made("inertia", 0.03, nuisance_specs={"sensor_lag@F": 0.027})
     alone = made("creep", 0.0301)
     assert with_lag.effects == ("inertia", "sensor_lag@F")
-    assert names(chosen([plain, with_lag, alone], plain)) == [("creep",)]
-    only_lag = made("", 0.03, freedoms={"sensor_lag@F": 0.29})
-    assert names(chosen([only_lag], plain)) == [("sensor_lag@F",)]
+    assert names(choice_of([plain, with_lag, alone], plain)) == [("creep",)]
+    only_lag = made("", 0.03, nuisance_specs={"sensor_lag@F": 0.29})
+    assert names(choice_of([only_lag], plain)) == [("sensor_lag@F",)]
 
 
 def test_the_shape_after_a_reversal_is_form_unless_it_is_much_and_not_in_reference_runs() -> None:
-    assert made("", 0.03, freedoms={"presliding_shape": 0.079}).effects == ()
-    much = made("", 0.03, freedoms={"presliding_shape": 0.083})
+    assert made("", 0.03, nuisance_specs={"presliding_shape": 0.079}).effects == ()
+    much = made("", 0.03, nuisance_specs={"presliding_shape": 0.083})
     assert much.effects == ("presliding_shape",)
-    much = made("", 0.03, freedoms={"presliding_shape": 0.083})
-    much.fitted.task.earned["presliding_shape"] = np.array([0.084 * SPREAD])  # pyright: ignore[reportIndexIssue]
+    much = made("", 0.03, nuisance_specs={"presliding_shape": 0.083})
+    much.fitted.task.reference_removal["presliding_shape"] = np.array([0.084 * SPREAD])  # pyright: ignore[reportIndexIssue]
     assert much.effects == ()
-    assert much.bends  # it may stand for another effect all the same
+    assert much.has_large_nuisance  # it may stand for another effect all the same
 
 
 def test_the_choice_does_not_hang_on_the_unit() -> None:
@@ -168,9 +170,9 @@ def test_the_choice_does_not_hang_on_the_unit() -> None:
             ("delay", 0.1, 0.09),
             ("inertia slack", 0.0399, 0.04985),
         ]
-        found = chosen([plain, *(made(a, m, h, unit=unit) for a, m, h in rows)], plain)
+        found = choice_of([plain, *(made(a, m, h, unit=unit) for a, m, h in rows)], plain)
         assert names(found) == [("inertia",), ("creep",)]
-        assert left(found.best) == pytest.approx(
+        assert log_residual(found.best) == pytest.approx(
             np.mean([np.log(x**2 + FIT_SPREAD_SHARE**2) for x in (0.0399, 0.04985)])
         )
 

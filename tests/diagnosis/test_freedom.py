@@ -1,4 +1,4 @@
-"""The nuisance freedom of a refit: what a lag, an offset, another presliding curve take; and runs left out in turn."""
+"""The nuisance effects of a refit: what a lag, an offset, another presliding curve take; and runs left out in turn."""
 
 from __future__ import annotations
 
@@ -9,8 +9,16 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from tsm_fmu.diagnosis.choice.hypotheses import foldable, folded, hypothesis
-from tsm_fmu.diagnosis.fits.nuisance import extended, freed, freedoms, material, relaxed, untied, without
+from tsm_fmu.diagnosis.choice.hypotheses import can_leave_out, hypothesis, left_out_in_turn
+from tsm_fmu.diagnosis.fits.nuisance import (
+    nuisance_specs,
+    refit_with,
+    refit_without,
+    shrunk_nuisances,
+    significant_nuisances,
+    with_free_zeros,
+    with_nuisances,
+)
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.diagnosis.fits.screening import screen
 from tsm_fmu.kernels.chain import attach
@@ -39,95 +47,95 @@ def fitted(runs: list[FitRun], values: dict[str, float]) -> Fitted:
 
 
 def test_freedoms_of_a_model_are_those_that_it_has_not() -> None:
-    assert freedoms("LuGreFriction", ["F"], ()) == FREE
-    assert freedoms("LuGreFriction", ["F"], ["sensor_lag@F"]) == ("presliding_shape", "offset_drift@F")
-    drive = freedoms("TendonDrive", ["x_out", "tau_in"], ())
+    assert nuisance_specs("LuGreFriction", ["F"], ()) == FREE
+    assert nuisance_specs("LuGreFriction", ["F"], ["sensor_lag@F"]) == ("presliding_shape", "offset_drift@F")
+    drive = nuisance_specs("TendonDrive", ["x_out", "tau_in"], ())
     assert drive == ("presliding_shape", "sensor_lag@x_out", "sensor_lag@tau_in", "offset_drift@tau_in")  # x_0 is there
-    assert freedoms("PairedTsmBacklash", ["x_out"], ()) == ("sensor_lag@x_out",)
+    assert nuisance_specs("PairedTsmBacklash", ["x_out"], ()) == ("sensor_lag@x_out",)
 
 
 def test_a_late_channel_is_taken_by_the_lag_alone(rig: Rig, known: dict[str, float]) -> None:
     base = fitted([rig(seed, instrument=lagged) for seed in (21, 22)], known)
     assert base.rmse[0] > 3.0 * NOISE
-    free = freed(base, FREE)
-    assert free.effects == FREE
-    assert free.rmse[0] ** 2 - NOISE**2 < 0.05 * (base.rmse[0] ** 2 - NOISE**2)
-    assert free.values["F.sensor_lag.tau"] == pytest.approx(TAU, rel=0.1)
-    needed = material(free, FREE, FREE)
+    nuisances = with_nuisances(base, FREE)
+    assert nuisances.effects == FREE
+    assert nuisances.rmse[0] ** 2 - NOISE**2 < 0.05 * (base.rmse[0] ** 2 - NOISE**2)
+    assert nuisances.values["F.sensor_lag.tau"] == pytest.approx(TAU, rel=0.1)
+    needed = significant_nuisances(nuisances, FREE, FREE)
     assert set(needed) == {"sensor_lag@F"}
     removed, less = needed["sensor_lag@F"]
-    assert removed == pytest.approx(np.sqrt(less.rmse[0] ** 2 - free.rmse[0] ** 2) / free.spread[0])
+    assert removed == pytest.approx(np.sqrt(less.rmse[0] ** 2 - nuisances.rmse[0] ** 2) / nuisances.spread[0])
     assert "sensor_lag@F" not in less.effects
-    assert material(free, ["offset_drift@F"], FREE) == {}
+    assert significant_nuisances(nuisances, ["offset_drift@F"], FREE) == {}
 
 
 def test_each_run_has_its_own_offset_and_none_drifts(rig: Rig, known: dict[str, float]) -> None:
     base = fitted([shifted(rig(23), 0.061), shifted(rig(24), -0.047)], known)
-    free = freed(base, FREE)
-    assert free.per_run["F.offset_drift.b"] == pytest.approx([0.061, -0.047], abs=0.003)
-    assert free.values["F.offset_drift.c"] == 0.0
-    assert free.rmse[0] < 1.1 * NOISE < 0.1 * base.rmse[0]
+    nuisances = with_nuisances(base, FREE)
+    assert nuisances.per_run["F.offset_drift.b"] == pytest.approx([0.061, -0.047], abs=0.003)
+    assert nuisances.values["F.offset_drift.c"] == 0.0
+    assert nuisances.rmse[0] < 1.1 * NOISE < 0.1 * base.rmse[0]
 
 
 def test_a_drift_that_is_asked_for_is_released(rig: Rig, known: dict[str, float]) -> None:
     runs = [rig(25), rig(26)]
     runs = [replace(r, targets=r.targets + 0.0093 * r.time[:, None]) for r in runs]
-    free = freed(fitted(runs, known), FREE)
+    nuisances = with_nuisances(fitted(runs, known), FREE)
     spec = "offset_drift@F"
-    found = extended(free, screen(free, [attach(kernel("LuGreFriction"), spec)], np.array([True]))[0], FREE)
-    assert found.effects == free.effects
+    found = refit_with(nuisances, screen(nuisances, [attach(kernel("LuGreFriction"), spec)], np.array([True]))[0], FREE)
+    assert found.effects == nuisances.effects
     assert found.released == (spec,)
     assert found.values["F.offset_drift.c"] == pytest.approx(0.0093, rel=0.03)
-    assert found.rmse[0] < 1.1 * NOISE < 0.3 * free.rmse[0]
+    assert found.rmse[0] < 1.1 * NOISE < 0.3 * nuisances.rmse[0]
 
 
 def test_another_curve_after_reversals_is_no_gap(rig: Rig, known: dict[str, float], hyperbola: Callable) -> None:
     base = fitted([rig(seed, presliding=hyperbola) for seed in (27, 28)], known)
-    free = freed(base, FREE)
+    nuisances = with_nuisances(base, FREE)
     assert base.rmse[0] > 2.0 * NOISE
-    assert free.rmse[0] < 0.5 * base.rmse[0]
-    assert free.rmse[0] ** 2 - NOISE**2 < 0.05 * (base.rmse[0] ** 2 - NOISE**2)
+    assert nuisances.rmse[0] < 0.5 * base.rmse[0]
+    assert nuisances.rmse[0] ** 2 - NOISE**2 < 0.05 * (base.rmse[0] ** 2 - NOISE**2)
 
 
 def test_where_nothing_is_wrong_no_freedom_is_material(rig: Rig, known: dict[str, float]) -> None:
     base = fitted([rig(29), rig(30)], known)
-    free = freed(base, FREE)
-    assert free.cost <= base.cost * (1.0 + 1e-9)
-    assert material(free, FREE, FREE) == {}
-    assert without(free, "sensor_lag@F", FREE).rmse[0] < 1.02 * free.rmse[0]
+    nuisances = with_nuisances(base, FREE)
+    assert nuisances.cost <= base.cost * (1.0 + 1e-9)
+    assert significant_nuisances(nuisances, FREE, FREE) == {}
+    assert refit_without(nuisances, "sensor_lag@F", FREE).rmse[0] < 1.02 * nuisances.rmse[0]
 
 
 def test_relaxed_goes_most_of_the_way_back(rig: Rig, known: dict[str, float]) -> None:
-    free = freed(fitted([rig(31, instrument=lagged, rows=1200)], known), FREE)
-    back = relaxed(free, FREE)
-    assert back["F.sensor_lag.tau"] == pytest.approx(0.1 * free.values["F.sensor_lag.tau"])
+    nuisances = with_nuisances(fitted([rig(31, instrument=lagged, rows=1200)], known), FREE)
+    back = shrunk_nuisances(nuisances, FREE)
+    assert back["F.sensor_lag.tau"] == pytest.approx(0.1 * nuisances.values["F.sensor_lag.tau"])
     assert set(back) >= {"F.sensor_lag.tau", "F.offset_drift.b"}
-    assert all(name in free.values for name in back)
+    assert all(name in nuisances.values for name in back)
 
 
 def test_runs_left_out_in_turn_judge_what_does_not_carry_over(rig: Rig, known: dict[str, float]) -> None:
-    alike = folded(hypothesis((), fitted([rig(32), rig(33), rig(34)], known), (), []))
-    assert alike.held is not None
-    assert np.sqrt(alike.held[0]) < 1.2 * NOISE
+    alike = left_out_in_turn(hypothesis((), fitted([rig(32), rig(33), rig(34)], known), (), []))
+    assert alike.held_out is not None
+    assert np.sqrt(alike.held_out[0]) < 1.2 * NOISE
     odd = rig(35)
     odd = replace(odd, targets=odd.targets + 0.31 * odd.inputs)  # another friction on one of the days
-    mixed = folded(hypothesis((), fitted([rig(32), rig(33), odd], known), (), []))
-    assert mixed.held is not None
-    assert mixed.held[0] > 1.3 * mixed.measured[0]
-    assert alike.effective_held[0] > 1.0
+    mixed = left_out_in_turn(hypothesis((), fitted([rig(32), rig(33), odd], known), (), []))
+    assert mixed.held_out is not None
+    assert mixed.held_out[0] > 1.3 * mixed.measured[0]
+    assert alike.effective_held_out[0] > 1.0
 
 
 def test_one_run_or_a_short_one_cannot_be_left_out(rig: Rig) -> None:
-    assert not foldable([rig(36)])
-    assert not foldable([rig(36), rig(37, rows=300)])
-    assert foldable([rig(36), rig(37)])
+    assert not can_leave_out([rig(36)])
+    assert not can_leave_out([rig(36), rig(37, rows=300)])
+    assert can_leave_out([rig(36), rig(37)])
 
 
 def test_zeros_of_runs_are_tied_until_they_are_set_free(rig: Rig, known: dict[str, float]) -> None:
     zeros = np.array([0.064, -0.051])
     base = fitted([shifted(rig(seed), by) for seed, by in zip((61, 62), zeros, strict=True)], known)
-    bound = freed(base, FREE)
-    loose = untied(bound, FREE)
+    bound = with_nuisances(base, FREE)
+    loose = with_free_zeros(bound, FREE)
     apart = [np.ptp(f.per_run["F.offset_drift.b"]) for f in (bound, loose)]
     assert apart[0] < apart[1] == pytest.approx(np.ptp(zeros), rel=0.02)
     assert loose.per_run["F.offset_drift.b"] == pytest.approx(zeros, abs=0.003)
@@ -137,7 +145,7 @@ def test_zeros_of_runs_are_tied_until_they_are_set_free(rig: Rig, known: dict[st
 def test_small_zeros_are_hardly_drawn_together(rig: Rig, known: dict[str, float]) -> None:
     zeros = np.array([0.0041, -0.0033])
     base = fitted([shifted(rig(seed), by) for seed, by in zip((63, 64), zeros, strict=True)], known)
-    assert np.ptp(freed(base, FREE).per_run["F.offset_drift.b"]) > 0.5 * np.ptp(zeros)
+    assert np.ptp(with_nuisances(base, FREE).per_run["F.offset_drift.b"]) > 0.5 * np.ptp(zeros)
 
 
 def test_a_zero_beside_a_friction_that_depends_on_the_direction_is_no_second_effect(
@@ -145,12 +153,14 @@ def test_a_zero_beside_a_friction_that_depends_on_the_direction_is_no_second_eff
 ) -> None:
     """In sliding both are a constant: which of them holds it is the form of a law, unless nothing else is left."""
     base = fitted([shifted(rig(65), 0.05), shifted(rig(66), 0.05)], known)
-    free = freed(base, FREE)
-    assert set(material(free, FREE, FREE)) == {"offset_drift@F"}
-    values = {**free.values, "direction_asymmetry.df": 0.004}
-    beside = refit(free.task, (*free.effects, "direction_asymmetry"), values, per_run_values=free.per_run, steps=1)
+    nuisances = with_nuisances(base, FREE)
+    assert set(significant_nuisances(nuisances, FREE, FREE)) == {"offset_drift@F"}
+    values = {**nuisances.values, "direction_asymmetry.df": 0.004}
+    beside = refit(
+        nuisances.task, (*nuisances.effects, "direction_asymmetry"), values, per_run_values=nuisances.per_run, steps=1
+    )
     loud = replace(beside, problem=replace(beside.problem, runs=[noisy(r) for r in beside.problem.runs]))
-    assert "offset_drift@F" not in material(loud, FREE, FREE)
+    assert "offset_drift@F" not in significant_nuisances(loud, FREE, FREE)
 
 
 def noisy(run: FitRun) -> FitRun:

@@ -9,8 +9,14 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.choice import hypotheses as module
-from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, hypothesis, rivals_again, tried, weigh
-from tsm_fmu.diagnosis.choice.supported import fewer_again
+from tsm_fmu.diagnosis.choice.hypotheses import (
+    Hypothesis,
+    find_significant_nuisances,
+    hypothesis,
+    refit_candidates,
+    refit_rivals,
+)
+from tsm_fmu.diagnosis.choice.supported import refit_with_fewer
 from tsm_fmu.diagnosis.criteria import RIVAL_COST_RATIO
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.diagnosis.fits.screening import Screened, screen
@@ -37,13 +43,13 @@ def stuck(task: Task, best: Hypothesis, factor: float) -> Hypothesis:
     """A fit with the same effect that ended in another valley of the baseline: one parameter would not move."""
     fitted = best.fitted
     values = {**fitted.values, "sigma2": factor * fitted.values["sigma2"]}
-    return hypothesis(("inertia",), refit(task, ("inertia",), values, held=["sigma2"]), (), [])
+    return hypothesis(("inertia",), refit(task, ("inertia",), values, held_out=["sigma2"]), (), [])
 
 
 def test_a_close_rival_is_refitted_from_the_baseline_of_the_best(task: Task, best: Hypothesis) -> None:
     one = stuck(task, best, 1.03)
     assert 1.01 * best.fitted.cost < one.fitted.cost < RIVAL_COST_RATIO * best.fitted.cost
-    first, again = rivals_again([best, one], [])
+    first, again = refit_rivals([best, one], [])
     assert first is best
     assert again.added == one.added
     assert again.fitted.cost < 1.001 * best.fitted.cost
@@ -60,7 +66,7 @@ def test_one_effect_less_is_refitted_from_the_values_of_the_best(
 ) -> None:
     one = stuck(task, best, 1.4)
     none = hypothesis((), refit(task, (), {}), (), [])
-    first, again, same = fewer_again(more, [none, one, more], none, [])
+    first, again, same = refit_with_fewer(more, [none, one, more], none, [])
     assert first is none  # two effects less
     assert same is more
     assert again.added == ("inertia",)
@@ -71,43 +77,45 @@ def test_what_is_better_or_no_rival_is_left_as_it_is(task: Task, best: Hypothesi
     exact = replace(best, fitted=replace(best.fitted))
     exact.fitted.__dict__["cost"] = 0.0
     none = hypothesis((), refit(task, (), {}), (), [])
-    assert fewer_again(more, [exact], none, []) == [exact]
-    worse = hypothesis((), refit(task, (), {"sigma2": 3.0}, held=["sigma2"]), (), [])
-    assert fewer_again(best, [worse], none, []) == [worse]  # better without the mass, but not as good as with it
-    freed = replace(best, added=(), free=("inertia",))
-    assert fewer_again(replace(best, free=("inertia",)), [freed], none, [])[0] is freed  # there in both
+    assert refit_with_fewer(more, [exact], none, []) == [exact]
+    worse = hypothesis((), refit(task, (), {"sigma2": 3.0}, held_out=["sigma2"]), (), [])
+    assert refit_with_fewer(best, [worse], none, []) == [worse]  # better without the mass, but not as good as with it
+    with_nuisances = replace(best, added=(), nuisances=("inertia",))
+    assert (
+        refit_with_fewer(replace(best, nuisances=("inertia",)), [with_nuisances], none, [])[0] is with_nuisances
+    )  # there in both
 
 
 def test_what_a_freedom_removes_is_found_once(task: Task, best: Hypothesis, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[list[str]] = []
-    real = module.material
+    real = module.significant
 
-    def counted(fitted: Fitted, specs: list[str], free: tuple[str, ...]) -> dict[str, tuple[float, Fitted]]:
+    def counted(fitted: Fitted, specs: list[str], nuisances: tuple[str, ...]) -> dict[str, tuple[float, Fitted]]:
         asked.append(list(specs))
-        return real(fitted, specs, free)
+        return real(fitted, specs, nuisances)
 
     monkeypatch.setattr(module, "material", counted)
-    one = replace(hypothesis((), best.fitted, ("inertia",), []), form=())
-    idle = hypothesis((), refit(task, ("wear",), {}, held=["wear.d", "wear.L"]), ("wear",), [])
-    weigh([one, idle])
+    one = replace(hypothesis((), best.fitted, ("inertia",), []), model_form=())
+    idle = hypothesis((), refit(task, ("wear",), {}, held_out=["wear.d", "wear.L"]), ("wear",), [])
+    find_significant_nuisances([one, idle])
     assert one.effects == ("inertia",)
     assert idle.effects == ()
-    judged = replace(one, held=one.measured, effective_held=one.effective)
-    assert (judged.effects, judged.bends) == (("inertia",), True)
-    assert replace(one, form=("inertia",)).effects == ()
+    judged = replace(one, held_out=one.measured, effective_held_out=one.effective)
+    assert (judged.effects, judged.has_large_nuisance) == (("inertia",), True)
+    assert replace(one, model_form=("inertia",)).effects == ()
     assert sorted(asked) == [["inertia"], ["wear"]]
 
 
 def test_a_rival_far_behind_is_left_as_it_is(task: Task, best: Hypothesis) -> None:
     one = stuck(task, best, 1.4)
     assert one.fitted.cost > RIVAL_COST_RATIO * best.fitted.cost
-    assert rivals_again([one, best], [])[0] is one
+    assert refit_rivals([one, best], [])[0] is one
 
 
 def test_a_rival_keeps_what_it_gained_on_reference_runs(task: Task, best: Hypothesis) -> None:
     one = stuck(task, best, 1.03)
     one = replace(one, measured=one.measured + 0.0007)
-    again = rivals_again([one, best], [])[0]
+    again = refit_rivals([one, best], [])[0]
     assert again.fitted.cost < one.fitted.cost
     assert again.measured - again.fitted.rmse**2 == pytest.approx(0.0007)
 
@@ -119,9 +127,9 @@ def screened(fitted: Fitted) -> list[Screened]:
 def test_what_a_candidate_gains_on_reference_runs_is_put_back(rig: Rig, known: dict[str, float], task: Task) -> None:
     base = hypothesis((), refit(task, (), {}), (), [])
     quiet = refit(replace(task, runs=[rig(73), rig(74)]), (), {})
-    (alone,) = tried(base, screened(base.fitted), [], quiet)
+    (alone,) = refit_candidates(base, screened(base.fitted), [], quiet)
     assert alone.reference_gain == pytest.approx(0.0, abs=0.02 * alone.fitted.rmse[0] ** 2)
     same = refit(replace(task, runs=[rig(75, inertia=MASS), rig(76, inertia=MASS)]), (), {})
-    (nothing,) = tried(base, screened(base.fitted), [], same)
+    (nothing,) = refit_candidates(base, screened(base.fitted), [], same)
     assert nothing.fitted.rmse[0] < 0.5 * base.fitted.rmse[0]
     assert nothing.measured == pytest.approx(base.measured, rel=0.1)  # the reference runs lack it as much

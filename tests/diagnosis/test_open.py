@@ -56,8 +56,8 @@ def bare(fitted: Fitted, *added: str) -> Hypothesis:
     return hypothesis(added, fitted, (), [])
 
 
-def open_(fitted: Fitted, base: Fitted | None = None, calm: Fitted | None = None) -> bool:
-    return bool(open_channels(bare(fitted), base or fitted, calm)[0])
+def open_(fitted: Fitted, base: Fitted | None = None, reference_fit: Fitted | None = None) -> bool:
+    return bool(open_channels(bare(fitted), base or fitted, reference_fit)[0])
 
 
 def dip(size: float) -> Left:
@@ -93,10 +93,10 @@ def test_what_wanders_far_is_no_noise_of_an_instrument(leaving: Callable[[Left],
 
 def test_a_gap_as_on_reference_runs_is_the_form_of_the_model(leaving: Callable[[Left], Fitted]) -> None:
     left = leaving(dip(0.07))
-    assert not open_(left, calm=leaving(dip(0.07)))
-    assert not open_(left, calm=leaving(white(float(left.rmse[0] / left.spread[0]) / REFERENCE_RATIO * 1.02)))
-    assert open_(left, calm=leaving(dip(0.02)))
-    assert open_(leaving(white(0.09)), calm=leaving(white(0.02)))  # more than there, though it is no law
+    assert not open_(left, reference_fit=leaving(dip(0.07)))
+    assert not open_(left, reference_fit=leaving(white(float(left.rmse[0] / left.spread[0]) / REFERENCE_RATIO * 1.02)))
+    assert open_(left, reference_fit=leaving(dip(0.02)))
+    assert open_(leaving(white(0.09)), reference_fit=leaving(white(0.02)))  # more than there, though it is no law
 
 
 def test_floors_are_the_noise_below_a_law(leaving: Callable[[Left], Fitted]) -> None:

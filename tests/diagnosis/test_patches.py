@@ -13,7 +13,7 @@ from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, hypothesis
 from tsm_fmu.diagnosis.choice.patches import without_patches
 from tsm_fmu.diagnosis.choice.supported import Choice
 from tsm_fmu.diagnosis.criteria import SHAPE_SPREAD_SHARE
-from tsm_fmu.diagnosis.fits.nuisance import earned, freed, freedoms
+from tsm_fmu.diagnosis.fits.nuisance import nuisance_specs, removed_on_reference, with_nuisances
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.regression.problem import FitRun
 
@@ -32,9 +32,9 @@ def made(added: Sequence[str], left: Sequence[float], material: dict[str, float]
         rmse = np.sqrt(left)
 
     fitted = cast("Fitted", Left())
-    weighed = {spec: (removed, fitted) for spec, removed in (material or {}).items()}
+    nuisance_tests = {spec: (removed, fitted) for spec, removed in (material or {}).items()}
     square = (np.array(left), None, 50.0 * ONE, ONE)
-    return Hypothesis(tuple(added), fitted, tuple(weighed), *square, weighed=dict(weighed))
+    return Hypothesis(tuple(added), fitted, tuple(nuisance_tests), *square, nuisance_tests=dict(nuisance_tests))
 
 
 def test_an_effect_that_removes_less_than_is_left_is_a_patch() -> None:
@@ -75,19 +75,22 @@ def test_a_freedom_that_is_a_patch_is_form() -> None:
     one = made(["inertia"], [0.0031], {"sensor_lag@F": 0.03})
     choice = without_patches(Choice(one, (one,)), [made([], [0.0099]), one], np.array([True]), [])
     assert choice is not None
-    assert choice.winner.form == ("sensor_lag@F",)
+    assert choice.winner.model_form == ("sensor_lag@F",)
 
 
 def shaped(rig: Rig, known: dict[str, float], hyperbola: Shape, reference: bool) -> Hypothesis:
     """Friction whose shape after a reversal is another one than the model's, with or without reference runs."""
     runs = [rig(seed, presliding=hyperbola, pace=0.05, rows=2600) for seed in (61, 62)]
     base = refit(Task("LuGreFriction", runs, ("F",), known), (), {})
-    free = freedoms("LuGreFriction", ("F",), ())
+    nuisances = nuisance_specs("LuGreFriction", ("F",), ())
     if reference:
-        calm = [rig(seed, presliding=hyperbola, pace=0.05, rows=2600) for seed in (63, 64)]
-        there = freed(refit(Task("LuGreFriction", calm, ("F",), known), (), {}), free)
-        base = replace(base, task=replace(base.task, form=there.rmse, earned=earned(there, free)))
-    return hypothesis((), freed(base, free), free, [])
+        reference_fit = [rig(seed, presliding=hyperbola, pace=0.05, rows=2600) for seed in (63, 64)]
+        there = with_nuisances(refit(Task("LuGreFriction", reference_fit, ("F",), known), (), {}), nuisances)
+        base = replace(
+            base,
+            task=replace(base.task, model_form=there.rmse, reference_removal=removed_on_reference(there, nuisances)),
+        )
+    return hypothesis((), with_nuisances(base, nuisances), nuisances, [])
 
 
 @pytest.mark.parametrize("reference", [False, True])
@@ -95,4 +98,4 @@ def test_the_shape_after_a_reversal_is_an_effect_only_if_it_is_much_and_referenc
     rig: Rig, known: dict[str, float], hyperbola: Shape, reference: bool
 ) -> None:
     found = shaped(rig, known, hyperbola, reference)
-    assert (found.material.get("presliding_shape", 0.0) > SHAPE_SPREAD_SHARE) is not reference
+    assert (found.significant.get("presliding_shape", 0.0) > SHAPE_SPREAD_SHARE) is not reference

@@ -303,7 +303,7 @@ class RunComparison:
         By stage: ``given``, ``refitted``, ``final``.
     motion : ndarray, shape (n,), or None
         The position or speed that drives the model.
-    own : mapping of str to float
+    per_run : mapping of str to float
         Parameters, by public name, of which this run has values of its own in the final model.
     """
 
@@ -312,7 +312,7 @@ class RunComparison:
     measured: FloatArray
     simulated: Mapping[str, FloatArray]
     motion: FloatArray | None
-    own: Mapping[str, float]
+    per_run: Mapping[str, float]
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from ..regression.problem import FitRun
 from .answer.candidates import candidates_of, rows_of
 from .answer.gaps import errors_of, gaps
 from .answer.next_motion import next_motion
-from .answer.parameters import bound_notes, card_of, changes_of, model_fit, own_values
+from .answer.parameters import bound_notes, card_of, changes_of, model_fit, per_run_values
 from .answer.sentence import answer
 from .answer.shape import located
 from .answer.verdict import Verdict, verdict_of
@@ -32,7 +32,7 @@ from .runs.beginning import beginning_note
 from .runs.gate import gate
 from .runs.motion_signals import coordinate_units
 from .runs.prepared import PreparedRuns, prepared
-from .runs.thinning import motion_channel, searched
+from .runs.thinning import motion_channel, thinned_for_search
 
 Progress = Callable[[str], None]
 
@@ -116,7 +116,7 @@ def task_of(runs: PreparedRuns, values: Mapping[str, float], preset: str | None,
     """What stays the same in every refit."""
     stroke = runs.stroke
     return Task(
-        runs.model.name, searched(runs.model, runs.measured), runs.channels,
+        runs.model.name, thinned_for_search(runs.model, runs.measured), runs.channels,
         {"motion.x_pre": PRESLIDING_STROKE_SHARE[1] * stroke, **values}, preset, tuple(fixed),
         limits={"motion.x_pre": (PRESLIDING_STROKE_SHARE[0] * stroke, PRESLIDING_STROKE_SHARE[2] * stroke)},
         bend=ANGLE in [v.name for v in runs.model.inputs],
@@ -132,7 +132,7 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
     task : Task
     progress : callable
     """
-    holdout, references = searched(runs.model, runs.holdout), searched(runs.model, runs.reference)
+    holdout, references = thinned_for_search(runs.model, runs.holdout), thinned_for_search(runs.model, runs.reference)
     fitted = baselines(task, runs.effects, runs.measured, references, holdout, progress)
     hypotheses = Search(runs.model, fitted, holdout, progress).hypotheses()
     result = judged(hypotheses, fitted, holdout, progress)
@@ -197,7 +197,7 @@ def _gaps(found: Investigation) -> dict[str, Gap]:
     runs, verdict = found.runs, found.verdict
     base = found.judged.baselines.refitted.fitted
     units = {v.name: v.quantity.unit for v in base.problem.kernel.outputs}
-    threshold = np.maximum(EFFECT_SPREAD_SHARE * base.spread, base.task.form)
+    threshold = np.maximum(EFFECT_SPREAD_SHARE * base.spread, base.task.model_form)
     given, refitted, final = (errors_of(fitted, runs.measured, runs.holdout) for fitted in found.stages.values())
     return gaps(
         runs.channels, [units[c] for c in runs.channels], given, refitted, final, found.judged.floors, threshold,
@@ -220,11 +220,11 @@ def _comparisons(found: Investigation, measured: Sequence[Record]) -> tuple[RunC
     runs, names = found.runs.measured, [v.name for v in found.runs.model.inputs]
     motion = motion_channel(found.runs.model)
     residuals = {name: fitted.at(runs).residuals for name, fitted in found.stages.items()}
-    own = own_values(found.verdict.final)
+    per_run = per_run_values(found.verdict.final)
     return tuple(
         RunComparison(
             record, run.time, run.targets, {name: run.targets - r[k] for name, r in residuals.items()},
-            run.inputs[:, names.index(motion)] if motion else None, own[k],
+            run.inputs[:, names.index(motion)] if motion else None, per_run[k],
         )
         for k, (record, run) in enumerate(zip(measured, runs, strict=True))
     )  # fmt: skip

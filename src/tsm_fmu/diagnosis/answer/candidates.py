@@ -9,7 +9,7 @@ import numpy as np
 from ...regression.problem import FitRun
 from ..choice.floors import Floors
 from ..choice.hypotheses import Hypothesis
-from ..choice.supported import Choice, left
+from ..choice.supported import Choice, log_residual
 from ..evidence import Candidate, ChannelError, Gap
 from ..fits.refit import Fitted
 from .gaps import closure
@@ -33,8 +33,8 @@ def rows_of(hypotheses: Sequence[Hypothesis], choice: Choice, floors: Floors) ->
     """
     start, found = hypotheses[0], {}
     rows = [] if floors.unexplained.any() else [(spec, choice.winner) for spec in choice.winner.effects]
-    rows += [(spec, start) for spec in start.material]
-    rows += [(h.added[0], h) for h in sorted(hypotheses, key=left) if len(h.added) == 1]
+    rows += [(spec, start) for spec in start.significant]
+    rows += [(h.added[0], h) for h in sorted(hypotheses, key=log_residual) if len(h.added) == 1]
     for spec, one in rows:
         found.setdefault(spec, one)
     return list(found.items())
@@ -66,7 +66,7 @@ def candidates_of(
     least = np.array([g.floor_least for g in gap.values()])
     found = []
     for spec, one in rows:
-        compared = refitted if spec in one.material else with_nuisances
+        compared = refitted if spec in one.significant else with_nuisances
         of_answer = spec in answered
         measured = np.array([g.after for g in gap.values()]) if of_answer else one.fitted.at(runs).rmse
         shared = 0.0 if of_answer else one.reference_gain  # what it closes on reference runs too is not the gap
@@ -74,8 +74,8 @@ def candidates_of(
         if of_answer and all(g.holdout_after is not None for g in gap.values()):
             pairs = [(g.holdout_refitted or 0.0, g.holdout_after or 0.0) for g in gap.values()]
             squares.append((np.array([b for b, _ in pairs]) ** 2, np.array([a for _, a in pairs]) ** 2))
-        elif one.held is not None and refitted.held is not None:
-            squares.append((refitted.held, one.held))
+        elif one.held_out is not None and refitted.held_out is not None:
+            squares.append((refitted.held_out, one.held_out))
         closures = [closure(before, after, floor) for before, after in squares]
         channels = {}
         for c, channel in enumerate(gap):
@@ -84,9 +84,9 @@ def candidates_of(
         values = one.parameters(spec)
         found.append(
             Candidate(
-                spec, DECIBEL * (left(compared) - left(one)), closures[0], closures[1] if closures[1:] else None,
-                values, _units(one.fitted, spec, values), channels, _misfit(measured, one.fitted),
-                spec.partition("@")[0] not in hidden,
+                spec, DECIBEL * (log_residual(compared) - log_residual(one)), closures[0],
+                closures[1] if closures[1:] else None, values, _units(one.fitted, spec, values), channels,
+                _misfit(measured, one.fitted), spec.partition("@")[0] not in hidden,
             )
         )  # fmt: skip
     return tuple(sorted(found, key=lambda c: -c.score))

@@ -57,7 +57,7 @@ def _at_bounds(fitted: Fitted) -> dict[str, float]:
     return found
 
 
-def own_values(fitted: Fitted) -> list[dict[str, float]]:
+def per_run_values(fitted: Fitted) -> list[dict[str, float]]:
     """By public name, the parameters of which each run has a value of its own."""
     columns = {fitted.problem.declared[f].name: fitted.problem.fields.index(f) for f in fitted.problem.per_run}
     return [{name: float(row[j]) for name, j in columns.items()} for row in fitted.table]
@@ -70,6 +70,8 @@ def card_of(final: Fitted, records: tuple[RecordUsed, ...], preset: str, seed: i
         p = problem.space[variable.field]
         value = min(max(values[variable.name], p.lo), p.hi)
         parameters[variable.name] = CardParameter(value, variable.quantity.unit, None, p.lo, p.hi, not p.free)
-    per_run = dict(zip((run.name for run in problem.runs), own_values(final), strict=True)) if problem.per_run else {}
+    per_run = (
+        dict(zip((run.name for run in problem.runs), per_run_values(final), strict=True)) if problem.per_run else {}
+    )
     provenance = Provenance(records, seed=seed, date=utc_now(), method="diagnose")
     return ModelCard(final.model, preset, tuple(final.effects), parameters, per_run, provenance)

@@ -30,15 +30,15 @@ def answer(found: Diagnosis) -> str:
     if found.verdict == "parameters":
         changes = ", ".join(changes_text(found.changes))
         how = f" ({changes})" if changes else ""
-        said = f"No effect named: other parameter values close the gap{how}. {_sentence(numbers)}"
+        text = f"No effect named: other parameter values close the gap{how}. {_sentence(numbers)}"
     elif found.verdict == "none":
-        said = f"No effect named. {_sentence(_remains(found, channel))} {_sentence(numbers)}"
+        text = f"No effect named. {_sentence(_remains(found, channel))} {_sentence(numbers)}"
     elif found.verdict == "not_excited":
         reasons = "; ".join(found.gate.refused) or "no effect that could explain it shows in them"
-        said = f"No answer from these runs: {reasons}. {_sentence(numbers)}"
+        text = f"No answer from these runs: {reasons}. {_sentence(numbers)}"
     else:
-        said = _with_gap(found, channel, numbers)
-    return said + _nuisances_text(found)
+        text = _with_gap(found, channel, numbers)
+    return text + _nuisances_text(found)
 
 
 def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:

@@ -11,10 +11,10 @@ from ...effects import effect_of, id_of, sizes_as
 from ...regression.problem import FitRun
 from ..choice.baselines import Baselines
 from ..choice.floors import Floors
-from ..choice.hypotheses import Hypothesis, folded, with_fit
-from ..choice.supported import Choice, indistinct, left
+from ..choice.hypotheses import Hypothesis, left_out_in_turn, with_fit
+from ..choice.supported import Choice, indistinguishable, log_residual
 from ..criteria import EFFECT_SPREAD_SHARE, IDLE_SPREAD_SHARE
-from ..fits.nuisance import untied, without
+from ..fits.nuisance import refit_without, with_free_zeros
 from ..fits.quantised import with_levels
 from ..fits.refit import Fitted
 from .passivity import sign_notes
@@ -84,7 +84,7 @@ def verdict_of(
 def _without_effect(baselines: Baselines, winner: Hypothesis, final: Fitted) -> Verdict:
     """No effect is missing: were other parameters needed?"""
     given, refitted = baselines.given, baselines.refitted
-    needs_nuisances = not indistinct(refitted, winner, refitted)
+    needs_nuisances = not indistinguishable(refitted, winner, refitted)
     used = winner if needs_nuisances else refitted
     removed = np.maximum(given.rmse**2 - used.fitted.rmse**2, 0.0)
     if (removed <= (EFFECT_SPREAD_SHARE * used.fitted.spread) ** 2).all():
@@ -98,17 +98,17 @@ def _without_idle_nuisances(winner: Hypothesis, holdout: Sequence[FitRun], progr
     They are if that does not cost on runs that were not fitted: there they could have taken what is a law.
     """
     fitted = winner.fitted
-    if any(sizes_as(effect_of(spec), "per run") for spec in winner.material):
+    if any(sizes_as(effect_of(spec), "per run") for spec in winner.significant):
         progress("refit with free zeros")
-        loose = with_fit(winner, untied(fitted, winner.free), holdout)
-        if not holdout and winner.held is not None:
-            loose = folded(loose)
-        if left(loose) < left(winner):
+        loose = with_fit(winner, with_free_zeros(fitted, winner.nuisances), holdout)
+        if not holdout and winner.held_out is not None:
+            loose = left_out_in_turn(loose)
+        if log_residual(loose) < log_residual(winner):
             fitted = loose.fitted
-    for spec in winner.free:
+    for spec in winner.nuisances:
         if spec not in winner.effects and float(fitted.share_of(spec).max()) < IDLE_SPREAD_SHARE:
             progress(f"refit without {spec}")
-            fitted = without(fitted, spec, winner.free)
+            fitted = refit_without(fitted, spec, winner.nuisances)
     return fitted
 
 

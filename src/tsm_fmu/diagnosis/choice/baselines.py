@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...regression.problem import FitRun
-from ..fits.nuisance import earned, freed, freedoms
+from ..fits.nuisance import nuisance_specs, removed_on_reference, with_nuisances
 from ..fits.quantised import Levels, coarse, step_noise
 from ..fits.refit import Fitted, Task, as_given, refit
 from .hypotheses import Hypothesis, hypothesis
@@ -65,18 +65,23 @@ def baselines(
     given = as_given(task, effects)
     progress("refit of the baseline")
     base = refitted_model(task, effects, given)
-    free = freedoms(task.model, task.channels, effects)
+    nuisances = nuisance_specs(task.model, task.channels, effects)
     reference = None
     if references:
         progress("reference runs")
-        reference = freed(refitted_model(replace(task, runs=references), effects), free)
-        base = replace(base, task=replace(base.task, form=reference.rmse, earned=earned(reference, free)))
+        reference = with_nuisances(refitted_model(replace(task, runs=references), effects), nuisances)
+        base = replace(
+            base,
+            task=replace(
+                base.task, model_form=reference.rmse, reference_removal=removed_on_reference(reference, nuisances)
+            ),
+        )
     levels = coarse(runs, task.channels, base.spread)
-    form = np.maximum(base.task.form, step_noise(levels, task.channels))
-    base = replace(base, task=replace(base.task, gap=base.rmse, form=form))
+    form = np.maximum(base.task.model_form, step_noise(levels, task.channels))
+    base = replace(base, task=replace(base.task, gap=base.rmse, model_form=form))
     return Baselines(
-        given, hypothesis((), base, (), holdout), hypothesis((), freed(base, free), free, holdout), reference,
-        tuple(levels),
+        given, hypothesis((), base, (), holdout),
+        hypothesis((), with_nuisances(base, nuisances), nuisances, holdout), reference, tuple(levels),
     )  # fmt: skip
 
 

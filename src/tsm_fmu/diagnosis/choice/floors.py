@@ -59,7 +59,7 @@ class Floors:
     unexplained: BoolArray
 
 
-def floors_of(choice: Choice, base: Fitted, calm: Fitted | None, stepped: Sequence[str] = ()) -> Floors:
+def floors_of(choice: Choice, base: Fitted, reference_fit: Fitted | None, stepped: Sequence[str] = ()) -> Floors:
     """Floors that follow from what the best hypothesis leaves.
 
     Parameters
@@ -67,7 +67,7 @@ def floors_of(choice: Choice, base: Fitted, calm: Fitted | None, stepped: Sequen
     choice : Choice
     base : Fitted
         Refitted baseline.
-    calm : Fitted or None
+    reference_fit : Fitted or None
         The same on reference runs.
     stepped : sequence of str
         Channels of few levels.
@@ -81,14 +81,16 @@ def floors_of(choice: Choice, base: Fitted, calm: Fitted | None, stepped: Sequen
     white = np.minimum(white_noise(best), best.rmse)
     noise = np.minimum(np.maximum(noise, white), winner.fitted.rmse)
     least = np.minimum(white, noise) if repeats is None else noise
-    if calm is not None:  # gaps are judged against the larger floor
-        noise, least = np.maximum(noise, calm.rmse), np.maximum(least, calm.rmse)
-    open_ = open_channels(winner, base, calm, stepped)
-    unexplained = open_ & ~_mostly_explained(winner, base, calm)
-    return Floors(noise, least, None if calm is None else calm.rmse, open_, unexplained)
+    if reference_fit is not None:  # gaps are judged against the larger floor
+        noise, least = np.maximum(noise, reference_fit.rmse), np.maximum(least, reference_fit.rmse)
+    open_ = open_channels(winner, base, reference_fit, stepped)
+    unexplained = open_ & ~_mostly_explained(winner, base, reference_fit)
+    return Floors(noise, least, None if reference_fit is None else reference_fit.rmse, open_, unexplained)
 
 
-def open_channels(one: Hypothesis, base: Fitted, calm: Fitted | None, stepped: Sequence[str] = ()) -> BoolArray:
+def open_channels(
+    one: Hypothesis, base: Fitted, reference_fit: Fitted | None, stepped: Sequence[str] = ()
+) -> BoolArray:
     """Channels in which a hypothesis leaves something to explain.
 
     Parameters
@@ -96,7 +98,7 @@ def open_channels(one: Hypothesis, base: Fitted, calm: Fitted | None, stepped: S
     one : Hypothesis
     base : Fitted
         Refitted baseline: part of what was removed from it may be left, since no law is quite the true one.
-    calm : Fitted or None
+    reference_fit : Fitted or None
         Baseline on reference runs.
     stepped : sequence of str
         Channels of few levels: what is between two levels wanders, and is no gap.
@@ -112,8 +114,8 @@ def open_channels(one: Hypothesis, base: Fitted, calm: Fitted | None, stepped: S
     wandering = (white < WHITE_SHARE * mean_square) & (coloured > np.maximum(large**2, form))
     wandering &= ~np.isin(fitted.problem.channels, list(stepped))
     found = lawful | wandering
-    if calm is not None:
-        above = fitted.rmse**2 - (REFERENCE_RATIO * calm.rmse) ** 2
+    if reference_fit is not None:
+        above = fitted.rmse**2 - (REFERENCE_RATIO * reference_fit.rmse) ** 2
         found = (found & (above > 0.0)) | (above > np.maximum((EFFECT_SPREAD_SHARE * spread) ** 2, form))
     return found
 
@@ -122,9 +124,9 @@ def _predictable(fitted: Fitted) -> FloatArray:
     return predictable_share(fitted.residuals, places_of(fitted), *coordinate_units(kernel(fitted.model)))
 
 
-def _mostly_explained(one: Hypothesis, base: Fitted, calm: Fitted | None) -> BoolArray:
+def _mostly_explained(one: Hypothesis, base: Fitted, reference_fit: Fitted | None) -> BoolArray:
     """Channels in which the effects close nearly all of the gap, though their law is not quite the true one."""
-    noise = np.minimum(white_noise(one.fitted), one.fitted.rmse) if calm is None else calm.rmse
+    noise = np.minimum(white_noise(one.fitted), one.fitted.rmse) if reference_fit is None else reference_fit.rmse
     gap = np.maximum(base.rmse**2 - noise**2, 1e-300)
     return (one.fitted.rmse**2 - noise**2 < (1.0 - EXPLAINED_SHARE) * gap) & bool(one.effects)
 

@@ -1,4 +1,4 @@
-"""Hypotheses of what is missing: each a set of effects, refitted with the baseline and its nuisance freedom."""
+"""Hypotheses of what is missing: each a set of effects, refitted with the baseline and its nuisance effects."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ...regression.problem import FitRun, FloatArray
 from ...regression.thinning import thinned
 from ...regression.threads import together
 from ..criteria import LEFT_OUT_PARTS, PLACES_OF_AN_EFFECT, PROBED_CANDIDATES, REFITTED_CANDIDATES, RIVAL_COST_RATIO
-from ..fits.nuisance import Start, best_of, extended, is_form, material, without
+from ..fits.nuisance import Start, best_refit, is_model_form, refit_with, refit_without, significant_nuisances
 from ..fits.refit import Fitted, effective_samples, rms
 from ..fits.screening import Screened
 
@@ -31,32 +31,31 @@ class Hypothesis:
     Attributes
     ----------
     added : tuple of str
-        Effects over the baseline with its nuisance freedom, as ``id`` or ``id@channel``, in order.
+        Effects over the baseline with its nuisance effects, as ``id`` or ``id@channel``, in order.
     fitted : Fitted
-    free : tuple of str
-        The nuisance freedom.
+    nuisances : tuple of str
+        The nuisance effects.
     measured : ndarray, shape (channels,)
         Mean square left on the measured runs, the gain on reference runs put back.
-    held : ndarray, shape (channels,), or None
+    held_out : ndarray, shape (channels,), or None
         The same on held-out runs.
-    effective, effective_held : ndarray, shape (channels,)
+    effective, effective_held_out : ndarray, shape (channels,)
         Independent samples that the residual is worth on either.
-    form : tuple of str
-        Freedoms that are no effects of their own, whatever they remove.
-    weighed : dict
-        What each freedom removes, and the fit without it, None where it is not material; filled when it is asked for,
-        and kept where the same fit is judged otherwise.
+    model_form : tuple of str
+        Nuisance effects that are no effects of their own, whatever they remove.
+    nuisance_tests : mapping of str to (float, Fitted), optional
+        `tested`, where it is known of the same fit.
     """
 
     added: tuple[str, ...]
     fitted: Fitted
-    free: tuple[str, ...]
+    nuisances: tuple[str, ...]
     measured: FloatArray
-    held: FloatArray | None
+    held_out: FloatArray | None
     effective: FloatArray
-    effective_held: FloatArray
-    form: tuple[str, ...] = ()
-    weighed: dict[str, tuple[float, Fitted] | None] = field(default_factory=dict, repr=False, compare=False)
+    effective_held_out: FloatArray
+    model_form: tuple[str, ...] = ()
+    nuisance_tests: Mapping[str, tuple[float, Fitted]] | None = field(default=None, repr=False, compare=False)
 
     @property
     def reference_gain(self) -> FloatArray:
@@ -64,40 +63,43 @@ class Hypothesis:
         return self.measured - self.fitted.rmse**2
 
     @property
-    def material(self) -> dict[str, float]:
-        """Freedoms that are effects of their own, by what they remove."""
+    def significant(self) -> dict[str, float]:
+        """Nuisance effects that are effects of their own, by what they remove."""
         task, spread = self.fitted.task, self.fitted.spread
-        used = ((spec, removed) for spec, (removed, _) in self._material.items())
-        return {spec: removed for spec, removed in used if not is_form(spec, removed, task, spread)}
+        used = ((spec, removed) for spec, (removed, _) in self._significant.items())
+        return {spec: removed for spec, removed in used if not is_model_form(spec, removed, task, spread)}
 
     @property
-    def bends(self) -> bool:
-        """Whether a freedom removes as much as an effect of its own, form or not: it may stand for another effect."""
-        return bool(self._material)
+    def has_large_nuisance(self) -> bool:
+        """Whether a nuisance effect removes as much as a missing effect, form or not: it may stand for another one."""
+        return bool(self._significant)
 
     @cached_property
-    def bare(self) -> Fitted:
-        """The fit without the freedoms that remove as much as an effect: what else could be there instead?"""
+    def fit_without_nuisances(self) -> Fitted:
+        """The fit without the nuisance effects that remove as much as an effect: what else could be there instead?"""
         fitted = self.fitted
-        if len(self._material) == 1:
-            return next(iter(self._material.values()))[1]
-        for spec in self._material:
-            fitted = without(fitted, spec, self.free)
+        if len(self._significant) == 1:
+            return next(iter(self._significant.values()))[1]
+        for spec in self._significant:
+            fitted = refit_without(fitted, spec, self.nuisances)
         return fitted
 
+    @cached_property
+    def tested(self) -> Mapping[str, tuple[float, Fitted]]:
+        """Nuisance effects that remove as much as a missing effect: how much, and the fit without each."""
+        if self.nuisance_tests is not None:
+            return self.nuisance_tests
+        asked = [s for s in self.fitted.effects if s in self.nuisances and s not in (*self.added, *self.model_form)]
+        return significant_nuisances(self.fitted, asked, self.nuisances)
+
     @property
-    def _material(self) -> dict[str, tuple[float, Fitted]]:
-        asked = [s for s in self.fitted.effects if s in self.free and s not in (*self.added, *self.form)]
-        new = [s for s in asked if s not in self.weighed]
-        if new:
-            found = material(self.fitted, new, self.free)
-            self.weighed.update({s: found.get(s) for s in new})
-        return {s: known for s in asked if (known := self.weighed[s]) is not None}
+    def _significant(self) -> dict[str, tuple[float, Fitted]]:
+        return {s: found for s, found in self.tested.items() if s not in self.model_form}
 
     @property
     def effects(self) -> tuple[str, ...]:
         """All that this hypothesis says is missing."""
-        return (*self.added, *self.material)
+        return (*self.added, *self.significant)
 
     def parameters(self, spec: str) -> dict[str, float]:
         """Values of an effect's own parameters."""
@@ -130,7 +132,7 @@ def interleaved(one: Sequence[Screened], other: Sequence[Screened]) -> list[Scre
 
 
 def hypothesis(
-    added: Sequence[str], fitted: Fitted, free: Sequence[str], holdout: Sequence[FitRun],
+    added: Sequence[str], fitted: Fitted, nuisances: Sequence[str], holdout: Sequence[FitRun],
     reference_gain: FloatArray | float = 0.0,
 ) -> Hypothesis:  # fmt: skip
     """A fit with what it leaves on the measured and the held-out runs."""
@@ -139,16 +141,16 @@ def hypothesis(
         residuals = fitted.held_out_errors(holdout)
         held, effective = rms(residuals) ** 2 + reference_gain, effective_samples(residuals)
     return Hypothesis(
-        tuple(added), fitted, tuple(free), fitted.rmse**2 + reference_gain, held, fitted.effective, effective
+        tuple(added), fitted, tuple(nuisances), fitted.rmse**2 + reference_gain, held, fitted.effective, effective
     )
 
 
 def with_fit(one: Hypothesis, fitted: Fitted, holdout: Sequence[FitRun]) -> Hypothesis:
     """The same hypothesis after another refit."""
-    return hypothesis(one.added, fitted, one.free, holdout, one.reference_gain)
+    return hypothesis(one.added, fitted, one.nuisances, holdout, one.reference_gain)
 
 
-def probed(base: Fitted, screened: Sequence[Screened], free: Sequence[str]) -> list[Screened]:
+def probe(base: Fitted, screened: Sequence[Screened], nuisances: Sequence[str]) -> list[Screened]:
     """The first `PROBED_CANDIDATES` candidates by what a few steps of a refit gain, on few samples; best first.
 
     Beside an effect that is there, one linear step can miss another: parameters that took part of it have far to go.
@@ -158,15 +160,15 @@ def probed(base: Fitted, screened: Sequence[Screened], free: Sequence[str]) -> l
     base : Fitted
     screened : sequence of Screened
         Best first.
-    free : sequence of str
-        Nuisance freedom.
+    nuisances : sequence of str
+        Nuisance effects.
     """
     runs = thinned(base.problem.kernel, base.problem.runs, PROBE_ROWS, PROBE_ROWS // 10)
     small = replace(base.at(runs), task=replace(base.task, runs=runs))
 
     def one(s: Screened) -> Screened:
         try:
-            left = extended(small, s, free, starts=1, steps=PROBE_STEPS).rmse
+            left = refit_with(small, s, nuisances, starts=1, steps=PROBE_STEPS).rmse
         except InputError:
             return s  # the values of the linear step are not allowed in the chain
         return replace(s, gain=max(s.gain, float(np.sum(2.0 * np.log(small.rmse / np.maximum(left, 1e-300))))))
@@ -174,8 +176,8 @@ def probed(base: Fitted, screened: Sequence[Screened], free: Sequence[str]) -> l
     return sorted(together(one, screened[:PROBED_CANDIDATES]), key=lambda s: -s.gain)
 
 
-def tried(
-    base: Hypothesis, screened: Sequence[Screened], holdout: Sequence[FitRun], calm: Fitted | None = None,
+def refit_candidates(
+    base: Hypothesis, screened: Sequence[Screened], holdout: Sequence[FitRun], reference_fit: Fitted | None = None,
     starts: Mapping[str, Start] | None = None, progress: Callable[[str], None] = lambda _: None,
     most: int = REFITTED_CANDIDATES,
 ) -> list[Hypothesis]:  # fmt: skip
@@ -187,7 +189,7 @@ def tried(
     screened : sequence of Screened
         Best first.
     holdout : sequence of FitRun
-    calm : Fitted or None
+    reference_fit : Fitted or None
         The same baseline on reference runs: what a candidate gains there is not the missing effect.
     starts : mapping of str to Start, optional
         A second place to start from, by spec.
@@ -200,18 +202,20 @@ def tried(
     def one(s: Screened) -> Hypothesis | None:
         progress(f"refit with {s.attached.spec}")
         try:
-            fitted = extended(base.fitted, s, base.free, (starts or {}).get(s.attached.spec))
+            fitted = refit_with(base.fitted, s, base.nuisances, (starts or {}).get(s.attached.spec))
             gain = base.reference_gain
-            if calm is not None:
-                gain = gain + np.maximum(calm.rmse**2 - extended(calm, s, base.free).rmse ** 2, 0.0)
+            if reference_fit is not None:
+                gain = gain + np.maximum(
+                    reference_fit.rmse**2 - refit_with(reference_fit, s, base.nuisances).rmse ** 2, 0.0
+                )
         except InputError:
             return None  # the values of the linear step are not allowed in the chain
-        return hypothesis((*base.added, s.attached.spec), fitted, base.free, holdout, gain)
+        return hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain)
 
     return [h for h in together(one, shortlist(screened, most)) if h is not None]
 
 
-def rivals_again(hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) -> list[Hypothesis]:
+def refit_rivals(hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) -> list[Hypothesis]:
     """The same, the closest rivals of the best fit refitted from its values of the baseline.
 
     Where fits end in different valleys of the baseline, what they leave says nothing about their effects: an effect
@@ -225,8 +229,8 @@ def rivals_again(hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) ->
         names = {n for spec in one.added for n in one.parameters_of(spec)}
         values = {**best.fitted.values, **{n: v for n, v in one.fitted.values.items() if n in names}}
         try:
-            fitted = best_of(
-                one.fitted, one.fitted.effects, [(values, best.fitted.per_run)], one.free, one.fitted.released
+            fitted = best_refit(
+                one.fitted, one.fitted.effects, [(values, best.fitted.per_run)], one.nuisances, one.fitted.released
             )
         except InputError:
             return one  # these values are not allowed with its effects
@@ -237,25 +241,27 @@ def rivals_again(hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) ->
     return together(again, hypotheses)
 
 
-def weigh(hypotheses: Sequence[Hypothesis]) -> None:
-    """Fill `Hypothesis.weighed` of all, side by side: which freedoms are effects takes refits."""
+def find_significant_nuisances(hypotheses: Sequence[Hypothesis]) -> None:
+    """Find `Hypothesis.tested` of all, side by side: each takes refits."""
     together(lambda one: one.effects, hypotheses)
 
 
-def foldable(runs: Sequence[FitRun]) -> bool:
+def can_leave_out(runs: Sequence[FitRun]) -> bool:
     """Whether each run can be judged by a fit to the others."""
     return len(runs) > 1 and all(np.ptp(run.time) > 2.0 * SETTLING for run in runs)
 
 
-def folded(one: Hypothesis) -> Hypothesis:
+def left_out_in_turn(one: Hypothesis) -> Hypothesis:
     """The same with what it leaves on runs that are left out in turn, as if they were held out."""
     runs, residuals = one.fitted.problem.runs, []
     for k in range(min(LEFT_OUT_PARTS, len(runs))):
         kept = [j for j in range(len(runs)) if j % LEFT_OUT_PARTS != k]
         task = replace(one.fitted.task, runs=[runs[j] for j in kept])
         start = one.fitted.values, {name: values[kept] for name, values in one.fitted.per_run.items()}
-        fitted = best_of(
-            replace(one.fitted, task=task), one.fitted.effects, [start], one.free, one.fitted.released, FOLD_STEPS
+        fitted = best_refit(
+            replace(one.fitted, task=task), one.fitted.effects, [start], one.nuisances, one.fitted.released, FOLD_STEPS
         )
         residuals += fitted.held_out_errors(runs[k::LEFT_OUT_PARTS])
-    return replace(one, held=rms(residuals) ** 2, effective_held=effective_samples(residuals))
+    return replace(
+        one, held_out=rms(residuals) ** 2, effective_held_out=effective_samples(residuals), nuisance_tests=one.tested
+    )

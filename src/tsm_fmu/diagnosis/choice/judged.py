@@ -10,9 +10,9 @@ from ...regression.threads import together
 from ..criteria import FOLDED_HYPOTHESES
 from .baselines import Baselines
 from .floors import Floors, floors_of
-from .hypotheses import Hypothesis, foldable, folded
+from .hypotheses import Hypothesis, can_leave_out, left_out_in_turn
 from .patches import without_patches
-from .supported import Choice, chosen, left
+from .supported import Choice, choice_of, log_residual
 
 
 @dataclass(frozen=True)
@@ -49,12 +49,12 @@ def judged(
     progress : callable
         Given what is being done.
     """
-    if not holdout and foldable(baselines.refitted.fitted.task.runs):
+    if not holdout and can_leave_out(baselines.refitted.fitted.task.runs):
         progress("runs left out in turn")
-        best = sorted(found[1:], key=left)[:FOLDED_HYPOTHESES]
-        refitted, *found = together(folded, [baselines.refitted, found[0], *best])
+        best = sorted(found[1:], key=log_residual)[:FOLDED_HYPOTHESES]
+        refitted, *found = together(left_out_in_turn, [baselines.refitted, found[0], *best])
         baselines = replace(baselines, refitted=refitted, with_nuisances=found[0])
-    choice = chosen(found, baselines.refitted)
+    choice = choice_of(found, baselines.refitted)
     floors = floors_of(choice, baselines.refitted.fitted, baselines.reference, baselines.stepped)
     if floors.open_.any() and not floors.unexplained.any():
         progress("patches")

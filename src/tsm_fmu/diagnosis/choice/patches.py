@@ -14,9 +14,9 @@ import numpy as np
 
 from ...regression.problem import BoolArray, FitRun, FloatArray
 from ..criteria import EFFECT_SPREAD_SHARE, FURTHER_RATIO, STRONGEST_RATIO
-from ..fits.nuisance import without
+from ..fits.nuisance import refit_without
 from .hypotheses import Hypothesis, hypothesis
-from .supported import Choice, left
+from .supported import Choice, log_residual
 
 
 def without_patches(
@@ -48,8 +48,8 @@ def without_patches(
 
 def _worth(one: Hypothesis, spec: str, hypotheses: Sequence[Hypothesis], open_: BoolArray) -> float:
     """Most that an effect removes over what is left, of any channel; without end where only noise is left."""
-    if spec in one.material:
-        removed = (one.material[spec] * one.fitted.spread) ** 2
+    if spec in one.significant:
+        removed = (one.significant[spec] * one.fitted.spread) ** 2
     else:
         removed = _less(one, spec, hypotheses) - one.measured
     acts = removed > (EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
@@ -60,19 +60,19 @@ def _less(one: Hypothesis, spec: str, hypotheses: Sequence[Hypothesis]) -> Float
     """Mean square left with one effect less."""
     rest = set(one.added) - {spec}
     there = [h.measured for h in hypotheses if set(h.added) == rest]
-    return there[0] if there else without(one.fitted, spec, one.free).rmse ** 2 + one.reference_gain
+    return there[0] if there else refit_without(one.fitted, spec, one.nuisances).rmse ** 2 + one.reference_gain
 
 
 def _only(
     one: Hypothesis, kept: Sequence[str], hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]
 ) -> Hypothesis:
-    """The hypothesis with some of the effects; its other freedoms are form."""
+    """The hypothesis with some of the effects; the other nuisance effects count as the form of the model."""
     added = tuple(spec for spec in one.added if spec in kept)
-    form = tuple(spec for spec in one.free if spec not in kept)
-    there = sorted((h for h in hypotheses if set(h.added) == set(added)), key=left)
+    form = tuple(spec for spec in one.nuisances if spec not in kept)
+    there = sorted((h for h in hypotheses if set(h.added) == set(added)), key=log_residual)
     if there:
-        return replace(there[0], form=form)
+        return replace(there[0], model_form=form)
     fitted = one.fitted
     for spec in one.added:
-        fitted = fitted if spec in kept else without(fitted, spec, one.free)
-    return replace(hypothesis(added, fitted, one.free, holdout, one.reference_gain), form=form)
+        fitted = fitted if spec in kept else refit_without(fitted, spec, one.nuisances)
+    return replace(hypothesis(added, fitted, one.nuisances, holdout, one.reference_gain), model_form=form)

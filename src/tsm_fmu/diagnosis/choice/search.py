@@ -18,8 +18,8 @@ from ..fits.response import places_of
 from ..fits.screening import Screened, possible, screen
 from .baselines import Baselines
 from .floors import open_channels
-from .hypotheses import Hypothesis, interleaved, probed, rivals_again, tried
-from .supported import chosen, fewer_again, leading, left
+from .hypotheses import Hypothesis, interleaved, probe, refit_candidates, refit_rivals
+from .supported import choice_of, leading, log_residual, refit_with_fewer
 
 
 @dataclass(frozen=True)
@@ -48,17 +48,17 @@ class Search:
         for _ in range(MOST_EFFECTS):
             screened, starts = self._screened(base)
             reference = self.baselines.reference if base is start else None
-            more = tried(base, screened, self.holdout, reference, starts, self.progress)
+            more = refit_candidates(base, screened, self.holdout, reference, starts, self.progress)
             if not more:
                 break
-            more = rivals_again(more, self.holdout)
+            more = refit_rivals(more, self.holdout)
             found += more
             best = leading(more)
             if len(base.added) == 1:
                 found = self._with_other_pairs(found, singles, base, best.added[-1], screened)
                 best = leading([h for h in found if len(h.added) == 2])
-            found = fewer_again(best, found, self.baselines.refitted, self.holdout)
-            if left(best) >= left(base):
+            found = refit_with_fewer(best, found, self.baselines.refitted, self.holdout)
+            if log_residual(best) >= log_residual(base):
                 break
             singles, base = singles or more, best
             if self._enough(found, base):
@@ -75,7 +75,7 @@ class Search:
         counted, travel = np.ones(len(fitted.rmse), bool), max(float(np.ptp(c.x)) for c in places_of(model))
         places = [c for c in candidate_places(self.model, fitted, travel) if not model.has(c.module.NAME)]
         screened, starts = screen(fitted, places, counted, self.progress), {}
-        before = base.bare if base.added else model
+        before = base.fit_without_nuisances if base.added else model
         if before is not fitted:
             instead = screen(before, places, counted, self.progress)
             starts = {s.attached.spec: Start(before, s.starts[0]) for s in instead}
@@ -85,8 +85,8 @@ class Search:
             ]  # fmt: skip
         if base.added:
             self.progress("probe of a further effect")
-            screened = probed(fitted, screened, base.free)
-            screened = [s for s in screened if _promises(s.gain, before)][: len(base.material) + FURTHER_CANDIDATES]
+            screened = probe(fitted, screened, base.nuisances)
+            screened = [s for s in screened if _promises(s.gain, before)][: len(base.significant) + FURTHER_CANDIDATES]
         return screened, starts
 
     def _with_other_pairs(
@@ -95,21 +95,23 @@ class Search:
     ) -> list[Hypothesis]:  # fmt: skip
         """With the second effect of the best pair beside other first ones, and close pairs refitted again."""
         candidate = [s for s in screened if s.attached.spec == second]
-        others = [h for h in sorted(singles, key=left) if h is not first][:SWAPPED_EFFECTS]
+        others = [h for h in sorted(singles, key=log_residual) if h is not first][:SWAPPED_EFFECTS]
         pairs = [h for h in found if len(h.added) == 2]
         for other in others:
             if second not in other.fitted.effects:
-                pairs += tried(other, candidate, self.holdout, progress=self.progress)
-        return [h for h in found if len(h.added) != 2] + rivals_again(pairs, self.holdout)
+                pairs += refit_candidates(other, candidate, self.holdout, progress=self.progress)
+        return [h for h in found if len(h.added) != 2] + refit_rivals(pairs, self.holdout)
 
     def _enough(self, found: Sequence[Hypothesis], base: Hypothesis) -> bool:
         """Whether one effect more can change nothing."""
         refitted = self.baselines.refitted
-        winner = chosen(found, refitted).winner
+        winner = choice_of(found, refitted).winner
         if len(winner.effects) < len(base.added):
             return True  # the last one did not help
         # nothing is left to explain, and nothing explained by what is rather a nuisance
-        return not winner.bends and not open_channels(winner, refitted.fitted, self.baselines.reference).any()
+        return (
+            not winner.has_large_nuisance and not open_channels(winner, refitted.fitted, self.baselines.reference).any()
+        )
 
 
 def candidate_places(model: Kernel, fitted: Fitted, travel: float = np.inf) -> list[Attached]:

@@ -28,8 +28,8 @@ from ..criteria import (
     FIT_SPREAD_SHARE,
     LAW_FORM_SHARE,
 )
-from ..fits.nuisance import nearly_gone, without
-from .hypotheses import Hypothesis, weigh, with_fit
+from ..fits.nuisance import nearly_gone, refit_without
+from .hypotheses import Hypothesis, find_significant_nuisances, with_fit
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Choice:
     best : Hypothesis
         That leaves least.
     supported : tuple of Hypothesis
-        With the fewest effects, of those not told apart from the best; what leaves least first.
+        With the fewest effects, of those not best_without apart from the best; what leaves least first.
     """
 
     best: Hypothesis
@@ -52,26 +52,26 @@ class Choice:
         return self.supported[0]
 
 
-def chosen(hypotheses: Sequence[Hypothesis], plain: Hypothesis) -> Choice:
+def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
     """The supported hypotheses.
 
     Parameters
     ----------
     hypotheses : sequence of Hypothesis
-        The first has no effect but the nuisance freedom.
-    plain : Hypothesis
-        The baseline without that freedom: what is removed is counted from it.
+        The first has no effect but the nuisance effects.
+    refitted : Hypothesis
+        The refitted model without those nuisance effects: what is removed is counted from it.
     """
-    weigh(hypotheses)
-    best = min(hypotheses, key=left)
-    told = stripped(best, hypotheses)
-    alike = [h for h in hypotheses if indistinct(h, told, plain, hypotheses)]
+    find_significant_nuisances(hypotheses)
+    best = min(hypotheses, key=log_residual)
+    best_without = without_corrections(best, hypotheses)
+    alike = [h for h in hypotheses if indistinguishable(h, best_without, refitted, hypotheses)]
     fewest = min(len(h.effects) for h in alike)
-    supported = sorted((h for h in alike if len(h.effects) == fewest), key=left)
+    supported = sorted((h for h in alike if len(h.effects) == fewest), key=log_residual)
     return Choice(best, tuple(h for h in supported if not any(dominated(h, other) for other in supported)))
 
 
-def stripped(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> Hypothesis:
+def without_corrections(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> Hypothesis:
     """The best hypothesis without what hides behind its other effects: that corrects the form of their laws.
 
     Unless next to nothing is left with it, which no such correction does.
@@ -81,7 +81,7 @@ def stripped(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> Hypothesis:
         mine, whole = set(one.effects), set(best.effects)
         return mine < whole and all(looks_like(s, mine) for s in whole - mine) and not _clean(one, best).any()
 
-    return min((h for h in hypotheses if corrected(h)), key=left, default=best)
+    return min((h for h in hypotheses if corrected(h)), key=log_residual, default=best)
 
 
 def dominated(one: Hypothesis, other: Hypothesis) -> bool:
@@ -94,22 +94,22 @@ def dominated(one: Hypothesis, other: Hypothesis) -> bool:
     if any(looks_like(spec, other.effects) for spec in one.effects):
         return False
     pairs = [(one.measured, other.measured, one.effective)]
-    if one.held is not None and other.held is not None:
-        pairs.append((one.held, other.held, one.effective_held))
+    if one.held_out is not None and other.held_out is not None:
+        pairs.append((one.held_out, other.held_out, one.effective_held_out))
     margins = [CONVERGED_SHARE + DIFFERENCE_DEVIANCE / effective for *_, effective in pairs]
     return all((theirs <= mine * (1.0 + m)).all() for (mine, theirs, _), m in zip(pairs, margins, strict=True))
 
 
 def leading(hypotheses: Sequence[Hypothesis]) -> Hypothesis:
     """The one that leaves least, of those that no other leaves as little with fewer parameters: one to build on."""
-    weigh(hypotheses)
-    best = min(hypotheses, key=left)
+    find_significant_nuisances(hypotheses)
+    best = min(hypotheses, key=log_residual)
     simpler = [h for h in hypotheses if len(h.effects) <= len(best.effects) and dominated(best, h)]
-    return min(simpler, key=left, default=best)
+    return min(simpler, key=log_residual, default=best)
 
 
-def fewer_again(
-    best: Hypothesis, hypotheses: Sequence[Hypothesis], plain: Hypothesis, holdout: Sequence[FitRun]
+def refit_with_fewer(
+    best: Hypothesis, hypotheses: Sequence[Hypothesis], refitted: Hypothesis, holdout: Sequence[FitRun]
 ) -> list[Hypothesis]:
     """The same, those with one effect less refitted from the best fit's values where they then leave as little.
 
@@ -118,32 +118,34 @@ def fewer_again(
 
     def again(one: Hypothesis) -> Hypothesis:
         surplus = [spec for spec in best.added if spec not in one.added]
-        if len(surplus) != 1 or len(one.added) != len(best.added) - 1 or surplus[0] in one.free:
+        if len(surplus) != 1 or len(one.added) != len(best.added) - 1 or surplus[0] in one.nuisances:
             return one
-        fitted = without(best.fitted, surplus[0], one.free)
+        fitted = refit_without(best.fitted, surplus[0], one.nuisances)
         if fitted.cost >= one.fitted.cost:
             return one
         less = with_fit(one, fitted, holdout)
-        return less if indistinct(less, best, plain) else one
+        return less if indistinguishable(less, best, refitted) else one
 
     return together(again, hypotheses)
 
 
-def left(one: Hypothesis) -> float:
+def log_residual(one: Hypothesis) -> float:
     """What a hypothesis leaves as one number: log of its mean squares over the spread."""
-    parts = [one.measured] if one.held is None else [one.measured, one.held]
+    parts = [one.measured] if one.held_out is None else [one.measured, one.held_out]
     spread = one.fitted.spread**2
     return float(np.mean([np.sum(np.log(p / spread + FIT_SPREAD_SHARE**2)) for p in parts]))
 
 
-def indistinct(one: Hypothesis, best: Hypothesis, plain: Hypothesis, others: Sequence[Hypothesis] = ()) -> bool:
+def indistinguishable(
+    one: Hypothesis, best: Hypothesis, refitted: Hypothesis, others: Sequence[Hypothesis] = ()
+) -> bool:
     """Whether these runs cannot tell a hypothesis from the best one.
 
     Parameters
     ----------
     one, best : Hypothesis
-    plain : Hypothesis
-        The baseline without nuisance freedom.
+    refitted : Hypothesis
+        The refitted model without nuisance effects.
     others : sequence of Hypothesis
         Where to find one with what both have in common: the allowance for form is for what they differ in.
     """
@@ -154,11 +156,11 @@ def indistinct(one: Hypothesis, best: Hypothesis, plain: Hypothesis, others: Seq
     limit = np.square(least if fewer else FIT_SPREAD_SHARE) * spread
     form = np.where(clean, 0.0, LAW_FORM_SHARE)
     if fewer:
-        limit = np.maximum(limit, best.fitted.task.form**2)
-    nothing, nothing_held = _shared(one, best, plain, others)
+        limit = np.maximum(limit, best.fitted.task.model_form**2)
+    nothing, nothing_held = _shared(one, best, refitted, others)
     pairs = [(one.measured, best.measured, nothing, best.effective)]
-    if one.held is not None and best.held is not None and nothing_held is not None:
-        pairs.append((one.held, best.held, nothing_held, best.effective_held))
+    if one.held_out is not None and best.held_out is not None and nothing_held is not None:
+        pairs.append((one.held_out, best.held_out, nothing_held, best.effective_held_out))
     for mine, least, before, effective in pairs:
         removed = np.maximum(before - least, 0.0)
         noise = DIFFERENCE_DEVIANCE * least / effective
@@ -170,21 +172,21 @@ def indistinct(one: Hypothesis, best: Hypothesis, plain: Hypothesis, others: Seq
 def _clean(one: Hypothesis, best: Hypothesis) -> BoolArray:
     """Channels in which the best leaves next to nothing of what another one leaves."""
     clean = nearly_gone(one.measured, best.measured)
-    if one.held is not None and best.held is not None:
-        clean &= nearly_gone(one.held, best.held)
+    if one.held_out is not None and best.held_out is not None:
+        clean &= nearly_gone(one.held_out, best.held_out)
     return clean
 
 
 def _shared(
-    one: Hypothesis, best: Hypothesis, plain: Hypothesis, others: Sequence[Hypothesis]
+    one: Hypothesis, best: Hypothesis, refitted: Hypothesis, others: Sequence[Hypothesis]
 ) -> tuple[FloatArray, FloatArray | None]:
     """What is left with the effects alone that both hypotheses have, measured and held out."""
     common = set(one.effects) & set(best.effects)
     if not common:
-        return plain.measured, plain.held
+        return refitted.measured, refitted.held_out
     for other in others:
         if set(other.added) == common & set(other.added) and common <= set(other.effects):
             spread = other.fitted.spread**2
-            surplus = sum(x**2 for spec, x in other.material.items() if spec not in common) * spread
-            return other.measured + surplus, None if other.held is None else other.held + surplus
-    return plain.measured, plain.held
+            surplus = sum(x**2 for spec, x in other.significant.items() if spec not in common) * spread
+            return other.measured + surplus, None if other.held_out is None else other.held_out + surplus
+    return refitted.measured, refitted.held_out

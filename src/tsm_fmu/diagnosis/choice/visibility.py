@@ -46,7 +46,7 @@ def unexcited(
     Parameters
     ----------
     base : Fitted
-        Baseline without nuisance freedom.
+        Baseline without nuisance effects.
     candidates : sequence of Attached
     best : Hypothesis
         What it leaves is the noise in which a response must show.
@@ -58,12 +58,12 @@ def unexcited(
     short = base.at(thinned(base.problem.kernel, base.problem.runs, ROWS, ROWS // 10))
     noise = best.fitted.rmse / base.spread
     detect = np.maximum(EFFECT_SPREAD_SHARE, np.sqrt(VISIBLE_DEVIANCE / best.effective) * noise)
-    plain = turning = _Compared(short, base.spread, ordinary(short, 0.0))
+    usual = turning = _Compared(short, base.spread, ordinary(short, 0.0))
     if any(c.module.ABOUT.turns for c in candidates):
         turning = _Compared(short, base.spread, ordinary(short, 2.0 * np.pi * ORDINARY_TURNS))
 
     def shown(one: Attached) -> tuple[bool, bool]:
-        compared = turning if one.module.ABOUT.turns else plain
+        compared = turning if one.module.ABOUT.turns else usual
         size, already = compared.shown(one)
         shows = bool((size >= detect).any()) and compared.travel >= least_stroke(one.module)
         return shows, already

@@ -1,4 +1,4 @@
-"""What a baseline may have a little of without anything missing: the nuisance freedom of its refit.
+"""Nuisance effects: what every refit of a diagnosis may use a little of without anything missing.
 
 A friction model has one shape after a reversal and the rig another; a channel comes a little late, its zero is a
 little off. An effect is only missing if it explains what these cannot (effects.md, section 2, rule 3).
@@ -22,7 +22,7 @@ from .refit import STEPS, Fitted, Task, refit
 from .response import public
 from .screening import Screened, places_of_effect, screen
 
-RELAXED = 0.1
+SHRUNK = 0.1
 FIRST = 5
 """Steps of a refit from each of several starts; the best is then refitted on."""
 
@@ -35,7 +35,7 @@ class Start:
     values: dict[str, float]
 
 
-def freedoms(model: str, channels: Sequence[str], effects: Sequence[str]) -> tuple[str, ...]:
+def nuisance_specs(model: str, channels: Sequence[str], effects: Sequence[str]) -> tuple[str, ...]:
     """Specs of the nuisance effects of a model that it has not already, in the order of a chain.
 
     Parameters
@@ -59,34 +59,34 @@ def freedoms(model: str, channels: Sequence[str], effects: Sequence[str]) -> tup
     return tuple(spec for *_, spec in found)
 
 
-def freed(base: Fitted, free: Sequence[str]) -> Fitted:
-    """A baseline refitted with its nuisance freedom."""
-    if not free:
+def with_nuisances(base: Fitted, nuisances: Sequence[str]) -> Fitted:
+    """A baseline refitted with its nuisance effects."""
+    if not nuisances:
         return base
-    attached = [attach(kernel(base.model), spec) for spec in free]
+    attached = [attach(kernel(base.model), spec) for spec in nuisances]
     screened = {s.attached.spec: s for s in screen(base, attached, np.ones(len(base.rmse), bool))}
     for one in screened.values():
         base = replace(base, task=base.task.limited(one.limits))
     starts = []
     for number in range(2):
         values: dict[str, float] = {}
-        for spec in free:
+        for spec in nuisances:
             choices = screened[spec].starts
             if choices and not sizes_as(effect_of(spec), "per run"):
                 values |= choices[min(number, len(choices) - 1)]
         starts.append(({**base.values, **values}, base.per_run))
-    found = best_of(base, [*base.effects, *free], starts, free)
-    return tied(found, free)
+    found = best_refit(base, [*base.effects, *nuisances], starts, nuisances)
+    return with_held_zeros(found, nuisances)
 
 
-def tied(fitted: Fitted, free: Sequence[str]) -> Fitted:
+def with_held_zeros(fitted: Fitted, nuisances: Sequence[str]) -> Fitted:
     """A refit in which the zeros of the runs are held together: one moves by `NUISANCE_SPREAD_SHARE` of the spread.
 
     A load that is constant in each run and differs between them is a constant to each run: free zeros would take
     what the law of the load is. The weight of a zero is that of independent samples with what the fit leaves; where
     little noise is left, zeros as far apart as they like cost nothing against what they explain.
     """
-    names = offsets(fitted.task, fitted.effects, free, ())[0]
+    names = offsets(fitted.task, fitted.effects, nuisances, ())[0]
     if len(fitted.problem.runs) < 2 or not names:
         return fitted
     weights = fitted.rmse * fitted.problem.weights
@@ -94,28 +94,28 @@ def tied(fitted: Fitted, free: Sequence[str]) -> Fitted:
     zero = NUISANCE_SPREAD_SHARE * fitted.spread
     each = dict(zip(fitted.problem.channels, weights * np.sqrt(length) / zero, strict=True))
     task = replace(fitted.task, zeros={name: float(each[name.partition(".")[0]]) for name in names})
-    return best_of(replace(fitted, task=task), fitted.effects, [(fitted.values, fitted.per_run)], free)
+    return best_refit(replace(fitted, task=task), fitted.effects, [(fitted.values, fitted.per_run)], nuisances)
 
 
-def untied(fitted: Fitted, free: Sequence[str]) -> Fitted:
+def with_free_zeros(fitted: Fitted, nuisances: Sequence[str]) -> Fitted:
     """A refit in which each run has the zero that fits it."""
     loose = replace(fitted, task=replace(fitted.task, zeros={}))
-    return best_of(loose, fitted.effects, [(fitted.values, fitted.per_run)], free, fitted.released)
+    return best_refit(loose, fitted.effects, [(fitted.values, fitted.per_run)], nuisances, fitted.released)
 
 
-def extended(
-    base: Fitted, screened: Screened, free: Sequence[str], plain: Start | None = None, starts: int = 2,
+def refit_with(
+    base: Fitted, screened: Screened, nuisances: Sequence[str], second_start: Start | None = None, starts: int = 2,
     steps: int = STEPS,
 ) -> Fitted:  # fmt: skip
-    """A fit with one more effect; a freedom that is there already is released: its drift varies too.
+    """A fit with one more effect; a nuisance effect that is there already is released: its drift varies too.
 
     Parameters
     ----------
     base : Fitted
     screened : Screened
-    free : sequence of str
-    plain : Start, optional
-        A second place to start from: the baseline before its freedom took part of the effect.
+    nuisances : sequence of str
+    second_start : Start, optional
+        A second place to start from: the baseline before its nuisance effects took part of the effect.
     starts : int
         Shapes of the linear step to start from; one less with a second place.
     steps : int
@@ -124,46 +124,54 @@ def extended(
     spec = screened.attached.spec
     base = replace(base, task=base.task.limited(screened.limits))
     effects = base.effects if spec in base.effects else (*base.effects, spec)
-    shapes = screened.starts[: starts - 1 if plain else starts] or [{}]
+    shapes = screened.starts[: starts - 1 if second_start else starts] or [{}]
     places = [({**base.values, **values}, base.per_run) for values in shapes]
-    if plain is not None and plain.values:
+    if second_start is not None and second_start.values:
         places.append(
-            ({**base.values, **relaxed(base, free), **plain.fitted.values, **plain.values}, plain.fitted.per_run)
+            (
+                {
+                    **base.values,
+                    **shrunk_nuisances(base, nuisances),
+                    **second_start.fitted.values,
+                    **second_start.values,
+                },
+                second_start.fitted.per_run,
+            )
         )
     released = (*base.released, *([spec] if spec in base.effects else []))
-    return best_of(base, effects, places, free, released, steps)
+    return best_refit(base, effects, places, nuisances, released, steps)
 
 
-def relaxed(fitted: Fitted, free: Sequence[str]) -> dict[str, float]:
-    """Values of the nuisance freedoms drawn most of the way back to where they change nothing."""
+def shrunk_nuisances(fitted: Fitted, nuisances: Sequence[str]) -> dict[str, float]:
+    """Values of the nuisance effects drawn most of the way back to where they change nothing."""
     found = {}
-    for spec in free:
+    for spec in nuisances:
         one = attach(kernel(fitted.model), spec)
         for name in sizes_of(one.module):
-            found[public(one, name)] = RELAXED * fitted.values[public(one, name)]
+            found[public(one, name)] = SHRUNK * fitted.values[public(one, name)]
     return found
 
 
-def without(fitted: Fitted, spec: str, free: Sequence[str], as_given: bool = False) -> Fitted:
+def refit_without(fitted: Fitted, spec: str, nuisances: Sequence[str], as_given: bool = False) -> Fitted:
     """A refit with one effect less.
 
     Parameters
     ----------
     fitted : Fitted
     spec : str
-    free : sequence of str
+    nuisances : sequence of str
     as_given : bool
         Start with the parameters of the model as they were given: those of the fit may be far from where they must go.
     """
     effects = [e for e in fitted.effects if e != spec]
     given = {n: fitted.task.values[n] for n in fitted.values if n in fitted.task.values} if as_given else {}
     start = {**fitted.values, **given}, {} if as_given else fitted.per_run
-    return best_of(fitted, effects, [start], free, released=[e for e in fitted.released if e != spec])
+    return best_refit(fitted, effects, [start], nuisances, released=[e for e in fitted.released if e != spec])
 
 
-def best_of(
+def best_refit(
     base: Fitted, effects: Sequence[str], starts: Sequence[tuple[Mapping[str, float], Mapping[str, FloatArray]]],
-    free: Sequence[str], released: Sequence[str] = (), steps: int = STEPS,
+    nuisances: Sequence[str], released: Sequence[str] = (), steps: int = STEPS,
 ) -> Fitted:  # fmt: skip
     """The best refit from several starts.
 
@@ -174,14 +182,14 @@ def best_of(
     effects : sequence of str
     starts : sequence of (mapping, mapping)
         Values by public name, and those that each run has of its own.
-    free : sequence of str
-        Effects that are nuisance freedom: their offset has a value a run, their drift none.
+    nuisances : sequence of str
+        Effects that are nuisance effects: their offset has a value a run, their drift none.
     released : sequence of str
         Freedoms whose drift varies.
     steps : int
         Of a refit, at most.
     """
-    per_run, held = offsets(base.task, effects, free, released)
+    per_run, held = offsets(base.task, effects, nuisances, released)
     asked: dict[str, Any] = {"held": held, "per_run": per_run, "released": released}
     found: list[Fitted] = []
     first = FIRST if len(starts) > 1 else steps
@@ -200,28 +208,30 @@ def best_of(
 
 
 def offsets(
-    task: Task, effects: Sequence[str], free: Sequence[str], released: Sequence[str]
+    task: Task, effects: Sequence[str], nuisances: Sequence[str], released: Sequence[str]
 ) -> tuple[list[str], list[str]]:
     """Public names with a value a run, and those that keep zero."""
     per_run, held = [], []
     for spec in effects:
-        if spec in free:
+        if spec in nuisances:
             one = attach(kernel(task.model), spec)
             per_run += [public(one, name) for name in sizes_as(one.module, "per run")]
             held += [public(one, name) for name in sizes_as(one.module, "zero") if spec not in released]
     return per_run, held
 
 
-def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[str, tuple[float, Fitted]]:
-    """Freedoms without which a fit gets clearly worse, and by more than the form of a model or of an effect.
+def significant_nuisances(
+    fitted: Fitted, asked: Sequence[str], nuisances: Sequence[str]
+) -> dict[str, tuple[float, Fitted]]:
+    """Nuisance effects without which a fit gets clearly worse, and by more than the form of a model or of an effect.
 
     Parameters
     ----------
     fitted : Fitted
     asked : sequence of str
         Specs to look at.
-    free : sequence of str
-        All that are nuisance freedom.
+    nuisances : sequence of str
+        All that are nuisance effects.
 
     Returns
     -------
@@ -230,16 +240,16 @@ def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[
     """
     found = {}
     of_effects = LAW_FORM_SHARE * np.maximum(fitted.task.gap**2 - fitted.rmse**2, 0.0)
-    form = np.sqrt(np.maximum(fitted.task.form**2, of_effects))
+    form = np.sqrt(np.maximum(fitted.task.model_form**2, of_effects))
     for spec in fitted.effects:
         if spec not in asked or float(fitted.share_of(spec).max()) < NUISANCE_SPREAD_SHARE:
             continue
-        less = without(fitted, spec, free)
+        less = refit_without(fitted, spec, nuisances)
         if not (_removed(less, fitted) > np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, form)).any():
             continue
-        less = min(less, without(fitted, spec, free, as_given=True), key=lambda f: f.cost)
+        less = min(less, refit_without(fitted, spec, nuisances, as_given=True), key=lambda f: f.cost)
         removed = _removed(less, fitted)
-        added = [e for e in fitted.effects if e not in free]
+        added = [e for e in fitted.effects if e not in nuisances]
         if looks_like(spec, added) and not nearly_gone(less.rmse**2, fitted.rmse**2).any():
             continue  # beside what it hides behind it corrects the form of a law
         if (removed > np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, form)).any():
@@ -247,8 +257,8 @@ def material(fitted: Fitted, asked: Sequence[str], free: Sequence[str]) -> dict[
     return found
 
 
-def is_form(spec: str, share: float, task: Task, spread: FloatArray) -> bool:
-    """Whether a freedom that removes this part of a channel's spread is the form of the model, and no effect.
+def is_model_form(spec: str, share: float, task: Task, spread: FloatArray) -> bool:
+    """Whether a nuisance effect that removes this part of a channel's spread is the form of the model, and no effect.
 
     Parameters
     ----------
@@ -257,13 +267,17 @@ def is_form(spec: str, share: float, task: Task, spread: FloatArray) -> bool:
     task : Task
     spread : ndarray, shape (channels,)
     """
-    there = float(np.max(task.earned.get(spec, np.zeros(1)) / np.maximum(spread, 1e-300)))
+    there = float(np.max(task.reference_removal.get(spec, np.zeros(1)) / np.maximum(spread, 1e-300)))
     return _on_friction(spec) and share <= max(SHAPE_SPREAD_SHARE, there)
 
 
-def earned(calm: Fitted, free: Sequence[str]) -> dict[str, FloatArray]:
+def removed_on_reference(reference_fit: Fitted, nuisances: Sequence[str]) -> dict[str, FloatArray]:
     """What the shape after a reversal removes on reference runs [RMS by channel], by spec: form, and no effect."""
-    return {spec: _removed(without(calm, spec, free), calm) for spec in free if _on_friction(spec)}
+    return {
+        spec: _removed(refit_without(reference_fit, spec, nuisances), reference_fit)
+        for spec in nuisances
+        if _on_friction(spec)
+    }
 
 
 def _on_friction(spec: str) -> bool:

@@ -38,7 +38,7 @@ class Fitted:
     table : ndarray, shape (runs, parameters)
         Values found.
     released : tuple of str
-        Nuisance freedoms whose drift varies too; see `freedom`.
+        Nuisance effects whose drift varies too; see `nuisance`.
     """
 
     task: Task
@@ -154,14 +154,14 @@ class Task:
     limits : mapping of str to tuple
         Narrower bounds of parameters by public name.
     zeros : mapping of str to float
-        See `freedom.tied`.
-    form : ndarray, shape (channels,)
+        See `nuisance.with_held_zeros`.
+    model_form : ndarray, shape (channels,)
         Gap of the refitted model on reference runs [RMS], or the noise of a channel's steps if that is more; zero
         without either. An effect that removes no more than that corrects the form of the model.
     gap : ndarray, shape (channels,)
         What the refitted baseline leaves [RMS]; zero until it is known.
-    earned : mapping of str to ndarray, shape (channels,)
-        What a nuisance freedom removes on reference runs [RMS], by spec.
+    reference_removal : mapping of str to ndarray, shape (channels,)
+        What a nuisance effects removes on reference runs [RMS], by spec.
     bend : bool
         The runs hold the sheath's angle Theta behind the inputs of the model.
     """
@@ -175,9 +175,9 @@ class Task:
     weights: FloatArray = field(default_factory=lambda: np.empty(0))
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     zeros: Mapping[str, float] = field(default_factory=dict)
-    form: FloatArray = field(default_factory=lambda: np.zeros(1))
+    model_form: FloatArray = field(default_factory=lambda: np.zeros(1))
     gap: FloatArray = field(default_factory=lambda: np.zeros(1))
-    earned: Mapping[str, FloatArray] = field(default_factory=dict)
+    reference_removal: Mapping[str, FloatArray] = field(default_factory=dict)
     bend: bool = False
 
     def kernel(self, effects: Sequence[str]) -> Kernel:

@@ -1,7 +1,7 @@
 """Which effects could be missing, and how far each would go: one linear step from the refitted baseline.
 
 The response of a candidate is its effect applied to the baseline's own signals, at a size that matches the
-gap, for a spread of its shape parameters. What of it the baseline's parameters and the nuisance freedom cannot
+gap, for a spread of its shape parameters. What of it the baseline's parameters and the nuisance effects cannot
 imitate is what the log can show of this effect; how much of the residual that part explains ranks the candidates
 for the full refit.
 """

@@ -47,7 +47,7 @@ def export_answer(folder: Path, found: Diagnosis) -> tuple[Path, dict[str, float
         if rows and rows + run.record.time.size > REPLAYED:
             break
         rows += run.record.time.size
-        columns = replay(fmu, run.record, parameters=_parameters(card, run.own)).columns
+        columns = replay(fmu, run.record, parameters=_parameters(card, run.per_run)).columns
         simulated = np.column_stack([columns[channel] for channel in found.channels])
         replayed.append(run.measured - simulated[-run.time.size :])
         expected.append(run.measured - run.simulated["final"])
@@ -57,7 +57,7 @@ def export_answer(folder: Path, found: Diagnosis) -> tuple[Path, dict[str, float
     return fmu, dict(zip(found.channels, there.tolist(), strict=True))
 
 
-def _parameters(card: ModelCard, own: Mapping[str, float]) -> dict[str, float]:
-    values = {name: p.value for name, p in card.parameters.items()} | dict(own)
+def _parameters(card: ModelCard, per_run: Mapping[str, float]) -> dict[str, float]:
+    values = {name: p.value for name, p in card.parameters.items()} | dict(per_run)
     kernel = card.kernel()
     return kernel.named(kernel.params(card.preset or None, values))

@@ -29,7 +29,7 @@ from ..result import Diagnosis
 from .plots import dependence_figures, motion_figures, run_sections
 
 MOST_PLACES = 12
-PLAIN = {"N/(m/s2)": "kg", "N.m/(rad/s2)": "kg.m2", "N/(m/s)": "N.s/m", "N.m/(rad/s)": "N.m.s/rad"}
+USUAL_UNITS = {"N/(m/s2)": "kg", "N.m/(rad/s2)": "kg.m2", "N/(m/s)": "N.s/m", "N.m/(rad/s)": "N.m.s/rad"}
 """Units of effects in the form that people use."""
 
 
@@ -266,8 +266,8 @@ def _values(c: Candidate) -> str:
 
 def value_text(value: float, unit: str) -> str:
     """A parameter as people read it: deg for rad, kg for N/(m/s2)."""
-    plain = re.sub(r"\((\w+)\)", r"\1", PLAIN.get(unit, unit))
-    return display(plain, value)(value)
+    usual = re.sub(r"\((\w+)\)", r"\1", USUAL_UNITS.get(unit, unit))
+    return display(usual, value)(value)
 
 
 def _rounded(value: float) -> float:

@@ -18,7 +18,7 @@ from .motion_signals import position_of
 from .thinning import motion_channel
 
 
-def compared(model: Kernel, run: FitRun, channels: Sequence[str]) -> FitRun:
+def compared_after_start(model: Kernel, run: FitRun, channels: Sequence[str]) -> FitRun:
     """The run, compared from where the drive has forgotten its past.
 
     Parameters

@@ -29,8 +29,8 @@ def gate(records: Sequence[Record], model: Kernel, channels: Sequence[str]) -> G
     moving = False
     for record in records:
         checked = check_record(record)
-        told = [f for f in checked.findings if f.kind != "coverage" or len(records) == 1]
-        notes += [f"{record.name}: {f.text}" for f in told]
+        shown = [f for f in checked.findings if f.kind != "coverage" or len(records) == 1]
+        notes += [f"{record.name}: {f.text}" for f in shown]
         if record.time.size < FEWEST_SAMPLES:
             refused.append(f"{record.name} has {record.time.size} samples, {FEWEST_SAMPLES} or more are needed")
         drive = record.columns.get(motion)

@@ -11,9 +11,9 @@ from ...kernels.kernel import Kernel
 from ...logs.record import Record
 from ...regression.problem import FitRun
 from ...regression.specification import fit_run, measured_channels
-from .beginning import compared
+from .beginning import compared_after_start
 from .motion_signals import coordinates_of
-from .sheath_angle import listening
+from .sheath_angle import with_sheath_angle
 
 
 @dataclass(frozen=True)
@@ -61,11 +61,13 @@ def prepared(
         Runs that do not fit the model.
     """
     records = [*measured, *reference, *holdout]
-    model, notes = listening(model, records)
+    model, notes = with_sheath_angle(model, records)
     channels = measured_channels(model, records)
 
     def compared_runs(group: Sequence[Record]) -> tuple[FitRun, ...]:
-        return tuple(compared(model, fit_run(model, record, channels, cutoff), channels) for record in group)
+        return tuple(
+            compared_after_start(model, fit_run(model, record, channels, cutoff), channels) for record in group
+        )
 
     return PreparedRuns(
         model, tuple(channels), compared_runs(measured), compared_runs(reference), compared_runs(holdout), notes

@@ -11,7 +11,7 @@ from ...kernels.kernel import Kernel
 from ...logs.record import Record
 
 
-def listening(model: Kernel, records: Sequence[Record]) -> tuple[Kernel, tuple[str, ...]]:
+def with_sheath_angle(model: Kernel, records: Sequence[Record]) -> tuple[Kernel, tuple[str, ...]]:
     """The model with an input for the angle, where every run has it and an effect could use it.
 
     Parameters

@@ -10,7 +10,7 @@ from ...regression.thinning import thinned
 from ..criteria import KEPT_RUN_SAMPLES, SEARCH_SAMPLES, SPEED_INPUT_SEARCH_SAMPLES
 
 
-def searched(model: Kernel, runs: Sequence[FitRun]) -> list[FitRun]:
+def thinned_for_search(model: Kernel, runs: Sequence[FitRun]) -> list[FitRun]:
     """Runs as the search works on them."""
     return thinned(
         model, runs, SPEED_INPUT_SEARCH_SAMPLES if motion_channel(model) == "v" else SEARCH_SAMPLES, KEPT_RUN_SAMPLES
