@@ -20,8 +20,8 @@ from tsm_fmu.models.contract import InputError, Quantity
 
 SRC = Path(tsm_fmu.__file__).parent
 IDS = frozenset(module.NAME for module in EFFECTS)
-OWN_WORDS = ("models", "scenarios", "reproduction")
-"""Folders that speak of physics and papers in the field's words, which effects share; they know no effects."""
+OWN_WORDS = ("models", "scenarios", "reproduction", "cosim")
+"""Folders that speak of physics, papers and loops in words that effects share; they know no effects."""
 OTHER_MEANING = {("checking/sensor.py", "quantisation")}
 """Files where such a word is something else: the kind of a finding in a log."""
 UNITS = {

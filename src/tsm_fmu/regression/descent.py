@@ -84,17 +84,18 @@ class Descent:
         if not objective.coordinates.axes or objective.at(q) is None:
             return q
         try:
-            return least_squares(
-                objective.residual,
-                q,
-                jac=objective.jacobian,  # pyright: ignore[reportArgumentType]
-                bounds=(objective.coordinates.lo, objective.coordinates.hi),
-                x_scale="jac",
-                ftol=self.cost_tolerance,
-                xtol=self.step_tolerance,
-                gtol=self.gradient_tolerance,
-                max_nfev=self.most_steps,
-            ).x
+            with np.errstate(over="ignore", invalid="ignore"):  # powers of slopes far from any answer: no step is taken
+                return least_squares(
+                    objective.residual,
+                    q,
+                    jac=objective.jacobian,  # pyright: ignore[reportArgumentType]
+                    bounds=(objective.coordinates.lo, objective.coordinates.hi),
+                    x_scale="jac",
+                    ftol=self.cost_tolerance,
+                    xtol=self.step_tolerance,
+                    gtol=self.gradient_tolerance,
+                    max_nfev=self.most_steps,
+                ).x
         except np.linalg.LinAlgError:
             return q
 

@@ -223,8 +223,9 @@ class Problem:
 
     def cost(self, table: FloatArray) -> float:
         """Sum of squares of all residuals; infinite where the model fails."""
-        total = sum(float(np.sum(r**2)) for r in self.residuals(list(enumerate(table))))
-        total += float(np.sum(self.pooling_residual(table) ** 2))
+        with np.errstate(over="ignore"):
+            total = sum(float(np.sum(r**2)) for r in self.residuals(list(enumerate(table))))
+            total += float(np.sum(self.pooling_residual(table) ** 2))
         return total if np.isfinite(total) else np.inf
 
     def _residuals(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:

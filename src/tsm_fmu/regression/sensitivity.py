@@ -152,7 +152,8 @@ def sensitivity_scales(problem: Problem) -> dict[str, float]:
         moved, count = 0.0, 0
         for y, before in zip(problem.outputs_of_all(shifted), still, strict=True):
             change = (y - before) * problem.weights
-            moved, count = moved + float(np.nansum(change**2)), count + change.size
+            with np.errstate(over="ignore"):
+                moved, count = moved + float(np.nansum(change**2)), count + change.size
         scales[name] = abs(h) / math.sqrt(moved / count) if moved > 0.0 else math.inf
     return scales
 

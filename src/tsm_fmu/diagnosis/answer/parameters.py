@@ -5,9 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from ...card import CardParameter, ModelCard, Provenance, RecordUsed, utc_now
+from ...effects import sizes_of
+from ...kernels.chain import attach
+from ...kernels.kernel import kernel
 from ..criteria import CHANGED_SHARE, WEIGHTY_SHARE
 from ..evidence import ModelFit, ParameterChange, ParameterValue
 from ..fits.refit import Fitted
+from ..fits.response import public
 
 
 def model_fit(fitted: Fitted) -> ModelFit:
@@ -39,7 +43,10 @@ def _undone(final: Fitted, field: str, value: float) -> float:
 
 
 def bound_notes(refitted: Fitted, final: Fitted) -> tuple[str, ...]:
-    """Free parameters that the refit, or only the answer's fit, has at a bound, one sentence each."""
+    """Free parameters that the refit, or only the answer's fit, has at a bound, one sentence each.
+
+    An effect's size at zero is not at a bound: the effect is not there.
+    """
     before, after = _at_bounds(refitted), _at_bounds(final)
     notes = [f"the refit stopped at a bound of {name} ({value:g})" for name, value in before.items()]
     notes += [f"the answer's fit stopped at a bound of {n} ({x:g})" for n, x in after.items() if n not in before]
@@ -48,11 +55,14 @@ def bound_notes(refitted: Fitted, final: Fitted) -> tuple[str, ...]:
 
 def _at_bounds(fitted: Fitted) -> dict[str, float]:
     found, problem = {}, fitted.problem
+    attached = [attach(kernel(fitted.model), spec) for spec in fitted.effects]
+    sizes = {public(one, size) for one in attached for size in sizes_of(one.module)}
     for name in problem.shared:
         p, value = problem.space[name], float(fitted.table[0, problem.fields.index(name)])
         width = p.hi - p.lo
         near = 1e-4 * width if np.isfinite(width) else 1e-6 * max(1.0, abs(value))
-        if value - p.lo < near or p.hi - value < near:
+        absent = problem.declared[name].name in sizes and abs(value) < near
+        if not absent and (value - p.lo < near or p.hi - value < near):
             found[problem.declared[name].name] = value
     return found
 

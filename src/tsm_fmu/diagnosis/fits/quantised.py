@@ -80,6 +80,8 @@ def with_levels(fitted: Fitted, levels: Sequence[Levels]) -> Fitted:
         prefix = attach(base, one.spec).prefix.replace("__", ".")
         values |= {f"{prefix}q": one.q, f"{prefix}y_0": one.y_0}
     space = search_space(made, fitted.task.preset, values, per_run=old.per_run).freeing_only(old.space.free)
+    for name in old.fields:
+        space = space.with_bounds(name, old.space[name].lo, old.space[name].hi)
     problem = Problem(made, old.runs, old.channels, space, old.weights, old.pooling)
     table = problem.start()
     for j, name in enumerate(old.fields):
