@@ -20,10 +20,10 @@ from tsm_fmu.models.contract import InputError, Quantity
 
 SRC = Path(tsm_fmu.__file__).parent
 IDS = frozenset(module.NAME for module in EFFECTS)
-OWN_WORDS = ("models", "scenarios", "reproduction", "cosim")
-"""Folders that speak of physics, papers and loops in words that effects share; they know no effects."""
-OTHER_MEANING = {("checking/sensor.py", "quantisation")}
-"""Files where such a word is something else: the kind of a finding in a log."""
+OWN_WORDS = ("models", "scenarios", "reproduction")
+"""Folders that speak of physics and papers in the field's words, which effects share; they know no effects."""
+OTHER_MEANING = {("checking/sensor.py", "quantisation"), ("cosim/order.py", "delay")}
+"""Files where such a word is something else: the kind of a finding in a log, a way to break an algebraic loop."""
 UNITS = {
     "stroke": "{x}", "per stroke": "1/({y})", "position": "{x}|rad", "travel": "{x}", "speed": "{x}/s",
     "acceleration": "{x}/s2", "time": "s", "load": "{load}", "radius": "{x}/rad", "angle": "rad", "number": "1",
@@ -107,10 +107,17 @@ def test_a_parameter_without_a_role_is_refused():
 
 
 def mentions(path: Path) -> Iterator[tuple[str, int]]:
-    """Ids of effects that a file holds as an identifier or as a whole string, and imports from a single effect."""
+    """Ids of effects that a file holds as a whole string, and imports from a single effect.
+
+    In a file that knows effects, identifiers too: elsewhere ``delay`` or ``slack`` is a word like any other.
+    """
     tree = ast.parse(path.read_text(encoding="utf-8"))
+    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    knowing = any("effects" in [*(node.module or "").split("."), *(a.name for a in node.names)] for node in imports)
     for node in ast.walk(tree):
         line, found = getattr(node, "lineno", 0), []
+        if not knowing and not isinstance(node, ast.Constant | ast.alias | ast.ImportFrom):
+            continue
         match node:
             case ast.Constant(value=str(text)) if re.fullmatch(r"\w+([@.]\w*)*", text):
                 found = [re.split("[@.]", text)[0]]
@@ -118,8 +125,8 @@ def mentions(path: Path) -> Iterator[tuple[str, int]]:
                 found = [name]
             case ast.FunctionDef(name=name) | ast.ClassDef(name=name):
                 found = [name]
-            case ast.alias(name=name, asname=asname):
-                found = [*(name.split(".") if "effects" in name else [name]), asname or ""]
+            case ast.alias(name=name) if knowing or "effects" in name.split("."):
+                found = name.split(".")
             case ast.ImportFrom(module=str(name)) if "effects" in name.split("."):
                 found = name.split(".")
             case _:
@@ -153,11 +160,12 @@ def test_folders_with_words_of_their_own_know_no_effects():
 def test_the_search_for_names_finds_them(tmp_path):
     texts = {
         "a.py": "X = 'delay'", "b.py": "X = ('delay@F', 1)", "c.py": "from ..effects.delay import KEPT",
-        "d.py": "from ..effects import delay as late", "e.py": "def f(): return effects.delay",
-        "f.py": "X = 'a delay of'", "g.py": "from ..logs.delay import longest",
+        "d.py": "from ..effects import delay as late", "e.py": "from .. import effects\nX = effects.delay",
+        "f.py": "X = 'a delay of'", "g.py": "from ..logs.delay import longest", "h.py": "def f(delay): return delay",
+        "i.py": "from ..effects import EFFECTS\ndef f(delay): return delay",
     }  # fmt: skip
     found = {}
     for name, text in texts.items():
         (tmp_path / name).write_text(text)
         found[name] = len(list(mentions(tmp_path / name)))
-    assert found == {"a.py": 1, "b.py": 1, "c.py": 1, "d.py": 1, "e.py": 1, "f.py": 0, "g.py": 0}
+    assert found == {"a.py": 1, "b.py": 1, "c.py": 1, "d.py": 1, "e.py": 1, "f.py": 0, "g.py": 0, "h.py": 0, "i.py": 2}
