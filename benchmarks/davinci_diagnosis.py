@@ -56,7 +56,7 @@ QUESTIONS = {
 def run(name: str, channels: Sequence[str], tool: str = "T4L4") -> Record:
     """A run from the end of its start-up on, without the channels that are not asked for."""
     unused = {c: f"unused_{c}" for c in CHANNELS if c not in channels}
-    return read_record(data_folder() / tool / f"{name}.csv.gz", start=SETTLED, renames=unused, name=f"{tool}/{name}")
+    return read_record(data_folder() / tool / f"{name}.csv.gz", start=SETTLED, mapping=unused, name=f"{tool}/{name}")
 
 
 def identified(known: Sequence[str], names: Sequence[str]) -> Mapping[str, float]:

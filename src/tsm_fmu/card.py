@@ -132,6 +132,8 @@ def read_card(path: str | os.PathLike[str]) -> ModelCard:
         raise InputError(f"card {path} -- expected a readable file ({failure.strerror}) -- check the path") from failure
     except UnicodeDecodeError as failure:
         raise InputError(f"card {path} -- expected UTF-8 text (byte {failure.start}) -- {_REMEDY}") from failure
+    except RecursionError as failure:
+        raise InputError(f"card {path}: nested too deep -- expected TOML as a verb writes it -- {_REMEDY}") from failure
     except tomllib.TOMLDecodeError as failure:
         raise InputError(f"card {path}: {failure} -- expected TOML -- {_REMEDY}") from failure
     source = f"card {path}"

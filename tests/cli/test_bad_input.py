@@ -126,7 +126,7 @@ CASES = [
     (f"{' '.join(FIT)} ok.csv --holdout ok.csv", "is given 2 times -- expected each run once"),
     (f"{' '.join(FIT)} ok.csv --holdout short.csv", "held-out run short of 0.89 s -- expected more than the 2 s"),
     ("check folder.toml", "folder.toml: Is a directory -- expected a readable file"),
-    ("check truncated.fmu", "is not UTF-8 -- expected UTF-8 text"),
+    ("check truncated.fmu", "holds zero bytes -- expected text"),
     ("check ok.csv --frm 3", "No such option: --frm"),
     # where results go
     (f"simulate {MODEL} --input ok.csv --out ok.csv", "--out ok.csv is a measured run"),

@@ -33,7 +33,7 @@ def test_a_grid_gives_the_closed_form_at_every_point(foreign, tmp_path, capsys):
     vary = ["--vary", "x.u=-1.3:2.9:4", "--vary", "x.x_0=0.25:7.75:3"]
     assert swept(tmp_path, ramp(foreign), *vary, "--json") == 0
     said = json.loads(capsys.readouterr().out)
-    columns = {c.name: c.values for c in read_table(tmp_path / "out" / "sweep.csv")[0]}
+    columns = {c.name: c.values for c in read_table(tmp_path / "out" / "sweep.csv").columns}
     u, x_0 = np.repeat(np.linspace(-1.3, 2.9, 4), 3), np.tile(np.linspace(0.25, 7.75, 3), 4)
     assert columns["x.u"] == pytest.approx(u)
     assert columns["x.x_0"] == pytest.approx(x_0)
@@ -59,7 +59,7 @@ def test_a_point_that_fails_says_why_and_the_others_stay(foreign, tmp_path, caps
     assert first["metrics"] == {}
     assert "the belt slipped" in first["failed"]
     assert [p["metrics"]["belt.count.peak_to_peak [1]"] for p in rest] == [80.0, 80.0]
-    (_, mean, *_), _ = read_table(tmp_path / "out" / "sweep.csv")
+    _, mean, *_ = read_table(tmp_path / "out" / "sweep.csv").columns
     assert np.isnan(mean.values).tolist() == [True, False, False]
 
 
@@ -68,7 +68,7 @@ def test_ctrl_c_keeps_the_points_that_are_done(foreign, tmp_path, capsys):
     assert swept(tmp_path, belt(foreign), "--vary", "belt.mode=0:4:2") == 130
     kept = tmp_path / "out" / "sweep.incomplete.csv"
     assert capsys.readouterr().err == f"tsm-fmu: interrupted; 1 points kept in {kept}\n"
-    (mode, *_), _ = read_table(kept)
+    mode, *_ = read_table(kept).columns
     assert mode.values.tolist() == [0.0]
     data = json.loads((tmp_path / "out" / "sweep.incomplete.json").read_text(encoding="utf-8"))
     assert data["complete"] is False
@@ -110,6 +110,6 @@ def test_cases_stand_side_by_side(foreign, tmp_path):
     fast = System((Component("x", foreign["integrator"], {"u": 5.3}),), ())
     path = write_ssp(tmp_path / "two.ssp", {"slow.a": ramp(foreign), "fast.b": (fast, replace(TIMING, stop=0.4))})
     assert run(["sweep", str(path), "--vary", "x.x_0=1.5:2.5:2", "--out", str(tmp_path / "out")]) == 0
-    columns = {c.name: c.values for c in read_table(tmp_path / "out" / "sweep.csv")[0]}
+    columns = {c.name: c.values for c in read_table(tmp_path / "out" / "sweep.csv").columns}
     assert columns["slow.a.x.x.mean"] == pytest.approx([1.5 + 1.7 * 0.4, 2.5 + 1.7 * 0.4], rel=1e-12)
     assert columns["fast.b.x.x.mean"] == pytest.approx([1.5 + 5.3 * 0.2, 2.5 + 5.3 * 0.2], rel=1e-12)

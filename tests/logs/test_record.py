@@ -21,7 +21,7 @@ def written(path, text=LOG):
 
 
 def test_units_become_si(tmp_path):
-    run = read_record(written(tmp_path / "run.csv"), renames={"Motor angle": "x_in"})
+    run = read_record(written(tmp_path / "run.csv"), mapping={"Motor angle": "x_in"})
     np.testing.assert_allclose(run.time, [0.5e-3, 1.75e-3, 2.25e-3], rtol=1e-15)
     np.testing.assert_allclose(run.columns["x_in"], np.pi * np.array([1 / 6, -1 / 4, 1 / 2]), rtol=1e-15)
     np.testing.assert_allclose(run.columns["tau_in"], [-2.5e-3, 7e-3, 0.1], rtol=1e-15)
@@ -73,8 +73,8 @@ def test_window_keeps_rows_of_the_file_and_cuts_bad_samples_away(tmp_path):
 
 def test_scale_takes_names_before_and_after_renaming(tmp_path):
     path = written(tmp_path / "a.csv")
-    before = read_record(path, renames={"Motor angle": "x_in"}, scales={"Motor angle": -1.0})
-    after = read_record(path, renames={"Motor angle": "x_in"}, scales={"x_in": -1.0})
+    before = read_record(path, mapping={"Motor angle": "x_in"}, scales={"Motor angle": -1.0})
+    after = read_record(path, mapping={"Motor angle": "x_in"}, scales={"x_in": -1.0})
     np.testing.assert_array_equal(before.columns["x_in"], after.columns["x_in"])
     np.testing.assert_allclose(after.columns["x_in"][0], -np.pi / 6)
     with pytest.raises(
@@ -82,7 +82,7 @@ def test_scale_takes_names_before_and_after_renaming(tmp_path):
     ):
         read_record(path, scales={"y": 2.0})
     with pytest.raises(InputError, match="--scale Motor angle: 'x_in' has a factor already"):
-        read_record(path, renames={"Motor angle": "x_in"}, scales={"x_in": 2.0, "Motor angle": 3.0})
+        read_record(path, mapping={"Motor angle": "x_in"}, scales={"x_in": 2.0, "Motor angle": 3.0})
     with pytest.raises(InputError, match=r"--scale tau_in=0\.0 -- expected a finite number other than 0"):
         read_record(path, scales={"tau_in": 0.0})
 
@@ -92,9 +92,9 @@ def test_renaming_names_what_is_wrong(tmp_path):
     with pytest.raises(
         InputError, match=r"--map angle=x_in: .*a\.csv has no column 'angle' -- expected one of time, Motor"
     ):
-        read_record(path, renames={"angle": "x_in"})
+        read_record(path, mapping={"angle": "x_in"})
     with pytest.raises(InputError, match=r"two columns of .* are called 'tau_in' -- expected different names"):
-        read_record(path, renames={"Motor angle": "tau_in"})
+        read_record(path, mapping={"Motor angle": "tau_in"})
 
 
 def test_require_compares_what_is_measured(tmp_path):

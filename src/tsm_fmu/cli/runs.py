@@ -19,14 +19,22 @@ __all__ = [
     "Cutoff", "Holdout", "Input", "Map", "Measured", "Run", "Scale", "Start", "Stop", "read_runs",
 ]  # fmt: skip
 
-_RUN = "CSV, CSV.gz or Parquet with header cells 'name [unit]', first column 'time [s]'"
+_RUN = "CSV, Parquet, Excel, MATLAB, HDF5, TDMS or ROS file with 'time [s]' and columns 'name [unit]' (else see --map)"
 Run = Annotated[list[Path], typer.Argument(metavar="RUN...", help=f"Measured run: {_RUN}.", show_default=False)]
 Measured = Annotated[list[Path], typer.Option("--measured", metavar="RUN", help=f"Run to fit: {_RUN}; repeatable.")]
 Holdout = Annotated[list[Path], typer.Option("--holdout", metavar="RUN", help="Run to judge, not fitted; repeatable.")]
 Input = Annotated[Path, typer.Option("--input", metavar="RUN", help=f"Run to replay: {_RUN}.")]
 Start = Annotated[float | None, typer.Option("--from", metavar="S", help="Leave out what is before this time [s].")]
 Stop = Annotated[float | None, typer.Option("--to", metavar="S", help="Leave out what is after this time [s].")]
-Map = Annotated[list[str], typer.Option("--map", metavar="LOG=NAME", help="Rename a column of the log; repeatable.")]
+Map = Annotated[
+    list[str],
+    typer.Option(
+        "--map",
+        metavar="LOG=NAME [UNIT]",
+        help="What a column of the log is, with its unit if the log has none: 'angle_deg=x_in [deg]', "
+        "'enc=x_out [360/4096 deg]'; repeatable. A log.toml beside the log holds the same.",
+    ),
+]
 Scale = Annotated[
     list[str], typer.Option("--scale", metavar="NAME=FACTOR", help="Multiply a column (-1 turns it); repeatable.")
 ]
@@ -62,7 +70,7 @@ def read_runs(
     start, stop : float, optional
         Window [s].
     maps, scales : sequence of str
-        ``LOG=NAME`` and ``NAME=FACTOR`` as they stand on the command line.
+        ``LOG=NAME`` or ``LOG=NAME [UNIT]``, and ``NAME=FACTOR`` as they stand on the command line.
 
     Raises
     ------
@@ -78,8 +86,12 @@ def read_runs(
             factors[name] = float(text)
         except ValueError:
             raise InputError(f"--scale {name}={text} -- expected a number -- for example {name}=-1") from None
-    renames = settings(maps, "--map")
-    for log, name in renames.items():
+    mapping = settings(maps, "--map")
+    for log, name in mapping.items():
         if not name.strip():
             raise InputError(f"--map {log}= -- expected a name after '=' -- for example {log}=x_in")
-    return records_of(list(paths), ReadOptions(start, stop, renames, factors))
+    records = records_of(list(paths), ReadOptions(start, stop, mapping, factors))
+    for record in records:
+        for note in record.notes:
+            typer.echo(f"{record.name}: {note}", err=True)
+    return records

@@ -15,9 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from ..kernels.kernel import Kernel
 from ..models.contract import InputError, Variable
 from .differentiate import differentiate
-from .samples import check_order, check_samples, window_of
-from .table import FIRST_ROW, Column, frame_table, read_table, write_table
-from .units import same_quantity, unit_to_si
+from .mapping import LogMapping, mapped, mapping_beside, scaled
+from .samples import check_order, check_samples, window_note, window_of
+from .stamps import find_time, seconds
+from .table import FIRST_ROW, Column, frame_table, read_table, stem_of, write_table
+from .units import read_unit, same_quantity
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -47,6 +49,9 @@ class Record:
         Digest of the file's bytes; empty without a file.
     first_row : int
         Row of the file that sample 0 is from (the header is row 1).
+    notes : tuple of str
+        How the file was read where that was not plain: separator, encoding, rows and columns left out, times
+        counted from the first, what `log.toml` said.
     """
 
     name: str
@@ -56,6 +61,7 @@ class Record:
     source: Path | None = None
     sha256: str = ""
     first_row: int = FIRST_ROW
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         where = str(self.source or self.name)
@@ -189,20 +195,25 @@ def cutoff_note(cutoff: float | None, records: Sequence[Record], inputs: Sequenc
 def read_record(
     source: str | os.PathLike[str] | pd.DataFrame,
     *,
-    renames: Mapping[str, str] | None = None,
+    mapping: Mapping[str, str] | None = None,
     scales: Mapping[str, float] | None = None,
     start: float | None = None,
     stop: float | None = None,
     name: str | None = None,
 ) -> Record:
-    """Read a measured run: CSV, CSV.gz, Parquet or a DataFrame, header cells ``name [unit]``, first column time.
+    """Read a measured run: a text table, Parquet, Excel, MATLAB, HDF5, TDMS or ROS file, or a DataFrame.
+
+    Separator, decimal sign, encoding, a row of units and time stamps are found and told in `Record.notes`; a unit
+    that is not there is asked for. A ``log.toml`` beside a file is read too, see `LogMapping`.
 
     Parameters
     ----------
     source : str, Path or DataFrame
         Units of a DataFrame may also be in ``attrs["units"]``, by column; its time in an index called ``time [s]``.
-    renames : mapping of str to str, optional
-        Name in the log to variable name; applied first.
+    mapping : mapping of str to str, optional
+        Column of the log to variable name, with its unit where the log has none or another:
+        ``{"angle_motor_deg": "x_in [deg]", "enc": "x_out [360/4096 deg]", "t": "time [s]"}``. Columns without a
+        unit that it does not name are left out.
     scales : mapping of str to float, optional
         Factor by name, before or after renaming (-1 turns a sign).
     start, stop : float, optional
@@ -219,28 +230,33 @@ def read_record(
     InputError
         One line with file, row and column for whatever is wrong with the file or the options.
     """
+    given, beside = LogMapping(mapping or {}, scales or {}), None
     if isinstance(source, (str, os.PathLike)):
-        path = Path(source)
-        table, digest = read_table(path)
-        stem, file = path.name.removesuffix(".gz").removesuffix(".csv").removesuffix(".parquet"), path
+        path = _expanded(source)
+        beside = mapping_beside(path)
+        table = read_table(path)
+        where, stem, file = str(path), stem_of(path), path
     else:
-        path, stem, file = Path(name or "DataFrame"), "run", None  # a label for messages
-        table, digest = frame_table(str(path), source)
-    table = _renamed(path, table, renames or {})
-    factors = _factors(path, [c.name for c in table[1:]], renames or {}, scales or {})
-    time = _time(path, table[0])
-    check_order(str(path), time, FIRST_ROW)
-    keep = window_of(str(path), time, start, stop)
-    columns, units = {}, {}
-    for column in table[1:]:
+        where, stem, file = name or "DataFrame", "run", None  # a label for messages
+        table = frame_table(where, source)
+    columns, renamed = mapped(where, table.columns, given, beside)
+    at = find_time(where, columns)
+    time, timing = seconds(where, columns[at], table.first_row)
+    channels, left_out = _measured(where, columns[:at] + columns[at + 1 :], bool(given.names or renamed))
+    factors, scalings = scaled(where, [column for column, _ in channels], given, beside)
+    check_order(where, time, table.first_row)
+    keep = window_of(where, time, start, stop)
+    values, units = {}, {}
+    for column, unit in channels:
         try:
-            si = unit_to_si(column.unit)
+            si = read_unit(unit)
         except InputError as wrong:
-            raise InputError(f"{path}: column {column.name!r}: {wrong}") from None
-        factor = si.factor * factors.get(column.name, 1.0)
-        columns[column.name] = column.values[keep] * factor + si.offset * factors.get(column.name, 1.0)
+            raise InputError(f"{where}: column {column.name!r}: {wrong}") from None
+        factor = factors.get(column.name, 1.0)
+        values[column.name] = column.values[keep] * (si.factor * factor) + si.offset * factor
         units[column.name] = si.si
-    return Record(name or stem, time[keep], columns, units, file, digest, FIRST_ROW + keep.start)
+    notes = (*table.notes, *renamed, *scalings, *timing, *left_out, *window_note(time, start, stop))
+    return Record(name or stem, time[keep], values, units, file, table.digest, table.first_row + keep.start, notes)
 
 
 def write_record(path: str | Path, time: ArrayLike, columns: Mapping[str, ArrayLike], units: Mapping[str, str]) -> Path:
@@ -271,54 +287,44 @@ def _origin(record: Record, variable: Variable) -> tuple[str, int] | None:
     return next(((c + suffix, order) for c, order in candidates if c + suffix in record.columns), None)
 
 
-def _renamed(path: Path, table: list[Column], renames: Mapping[str, str]) -> list[Column]:
-    names = [column.name for column in table]
-    for log in renames:
-        if log not in names:
-            raise InputError(
-                f"--map {log}={renames[log]}: {path} has no column {log!r} -- expected one of {', '.join(names)} "
-                "-- correct the name"
-            )
-    new = [renames.get(name, name) for name in names]
-    for name in new:
-        if new.count(name) > 1:
-            raise InputError(
-                f"--map: two columns of {path} are called {name!r} -- expected different names -- map the other away"
-            )
-    return [Column(name, column.unit, column.values) for name, column in zip(new, table, strict=True)]
-
-
-def _factors(path: Path, names: list[str], renames: Mapping[str, str], scales: Mapping[str, float]) -> dict[str, float]:
-    factors: dict[str, float] = {}
-    for name, factor in scales.items():
-        new = name if name in names else renames.get(name, name)
-        if new not in names:
-            raise InputError(
-                f"--scale {name}: {path} has no such channel -- expected one of {', '.join(names)} -- correct the name"
-            )
-        if new in factors:
-            raise InputError(f"--scale {name}: {new!r} has a factor already -- expected one -- remove the other")
-        if not np.isfinite(factor) or factor == 0.0:
-            raise InputError(f"--scale {name}={factor} -- expected a finite number other than 0 -- for example -1")
-        factors[new] = float(factor)
-    return factors
-
-
-def _time(path: Path, column: Column) -> FloatArray:
-    if column.name != "time":
-        raise InputError(
-            f"{path}: first column is {column.name!r} -- expected 'time [s]' "
-            f"-- move it to the front or use --map {column.name}=time"
-        )
+def _expanded(source: str | os.PathLike[str]) -> Path:
     try:
-        known = same_quantity(column.unit, "s")
-    except InputError as wrong:
-        raise InputError(f"{path}: column 'time': {wrong}") from None
-    if not known:
+        return Path(source).expanduser()
+    except RuntimeError as failure:  # ~nobody
+        raise InputError(f"{source}: {failure} -- expected a known user after '~' -- write the path in full") from None
+
+
+def _measured(where: str, columns: list[Column], chosen: bool) -> tuple[list[tuple[Column, str]], list[str]]:
+    """Measurements with their units; text is left out, and what has no unit where columns are ``chosen``."""
+    with_unit, texts, bare = [], [], []
+    for column in columns:
+        if column.unit is None:
+            (texts if column.is_text else bare).append(column)
+        elif column.is_text:
+            first = next((str(cell) for cell in column.values if cell is not None), "")
+            raise InputError(
+                f"{where}: column {column.cell or column.name!r} holds text ({first[:40]!r}), in every row seen "
+                "-- expected numbers -- write numbers, or remove its unit, then it is left out"
+            )
+        else:
+            with_unit.append((column, column.unit))
+    notes = [f"{_listed(texts)}: text, left out"] if texts else []
+    if not bare:
+        return with_unit, notes
+    if not chosen:
+        more = f" (nor have {len(bare) - 1} more: {_listed(bare[1:])})" if len(bare) > 1 else ""
+        given = " ".join(f'--map "{column.name}={column.name} [UNIT]"' for column in bare[:3])
         raise InputError(
-            f"{path}: time in {column.unit!r} -- expected a unit of time such as s or ms -- correct the header"
+            f"{where}: column {bare[0].cell or bare[0].name!r} has no unit{more} -- expected 'name [unit]' "
+            f"-- give what you need its unit: {given}{' ...' if len(bare) > 3 else ''}, or let "
+            "'tsm-fmu check LOG --model MODEL' propose a log.toml"
         )
-    return column.values * unit_to_si(column.unit).factor
+    return with_unit, [*notes, f"{_listed(bare)}: no unit given, left out"]
+
+
+def _listed(columns: Sequence[Column]) -> str:
+    names = ", ".join(column.name for column in columns[:8])
+    return f"{names}, ... ({len(columns)} columns)" if len(columns) > 8 else names
 
 
 def _frozen(values: ArrayLike) -> FloatArray:

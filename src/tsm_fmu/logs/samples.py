@@ -9,11 +9,15 @@ from numpy.typing import NDArray
 
 from ..models.contract import InputError
 
-__all__ = ["check_order", "check_samples", "check_size", "window_of"]
+__all__ = ["check_fitted", "check_order", "check_samples", "check_size", "window_note", "window_of"]
 
 FloatArray = NDArray[np.float64]
 LARGEST = 1e100
 """Largest size of a sample [SI]: no sensor gives more, and mean squares stay finite."""
+SMALLEST = 1e-100
+"""Smallest size of the largest sample of a channel [SI] that is not zero throughout: mean squares stay above zero."""
+STEPS = 1e-12, 1e12
+"""Shortest and longest time between samples [s]: frequencies and speeds stay numbers."""
 
 
 def window_of(where: str, time: FloatArray, start: float | None, stop: float | None) -> slice:
@@ -31,6 +35,16 @@ def window_of(where: str, time: FloatArray, start: float | None, stop: float | N
             "-- correct --from and --to"
         )
     return slice(first, last)
+
+
+def window_note(time: FloatArray, start: float | None, stop: float | None) -> tuple[str, ...]:
+    """One sentence for each bound that removes nothing, as one that was meant for another origin of time does."""
+    notes = []
+    if start is not None and start <= time[0]:
+        notes.append(f"--from {start:g} removes nothing: the run begins at {time[0]:g} s")
+    if stop is not None and stop >= time[-1]:
+        notes.append(f"--to {stop:g} removes nothing: the run ends at {time[-1]:g} s")
+    return tuple(notes)
 
 
 def check_order(where: str, time: FloatArray, first_row: int) -> None:
@@ -71,7 +85,18 @@ def check_samples(where: str, time: FloatArray, columns: Mapping[str, FloatArray
 
 
 def check_size(where: str, time: FloatArray, columns: Mapping[str, FloatArray], first_row: int) -> None:
-    """Raise `InputError` for the first sample too large for a sum of squares; results may hold such, a log not."""
+    """Raise `InputError` for the first sample too large for a sum of squares, or times that give no rate.
+
+    Results may hold such, a log not.
+    """
+    steps = np.diff(time)
+    for step in (float(steps.min()), float(steps.max())):
+        if not STEPS[0] <= step <= STEPS[1]:
+            k = int(np.argmax(steps == step))
+            raise InputError(
+                f"{where}: {step:g} s between rows {first_row + k} and {first_row + k + 1} -- expected from "
+                f"{STEPS[0]:g} to {STEPS[1]:g} s between samples -- correct the unit of time"
+            )
     for name, values in columns.items():
         far = np.abs(values) > LARGEST
         if far.any():
@@ -79,4 +104,15 @@ def check_size(where: str, time: FloatArray, columns: Mapping[str, FloatArray], 
             raise InputError(
                 f"{where}: {values[k]:g} in row {first_row + k}, column {name!r} (t = {time[k]:g} s) -- expected "
                 f"a size up to {LARGEST:g}, squares overflow beyond -- correct the unit, the --scale or the row"
+            )
+
+
+def check_fitted(where: str, columns: Mapping[str, FloatArray]) -> None:
+    """Raise `InputError` for a channel of which nothing is left when it is squared, as a fit does."""
+    for name, values in columns.items():
+        most = float(np.abs(values).max())
+        if 0.0 < most < SMALLEST:
+            raise InputError(
+                f"{where}: no sample of column {name!r} is larger than {most:g} -- expected 0 throughout or some above "
+                f"{SMALLEST:g}, squares vanish below -- correct the unit or the --scale"
             )

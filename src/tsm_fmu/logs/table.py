@@ -1,6 +1,6 @@
-"""Tables of numbers in files: CSV, CSV.gz and Parquet with header cells ``name [unit]``.
+"""Tables of numbers: files of any known format and DataFrames, as columns with the units they are said to have.
 
-Row numbers in messages are those of an editor or spreadsheet: the header is row 1, the first sample row 2.
+Row numbers in messages are those of an editor or spreadsheet: a plain log has its header in row 1, sample 0 in row 2.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import gzip
 import hashlib
 import io
 import os
-import re
+import stat
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,29 +25,59 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from ..models.contract import InputError
+from .formats import READERS
+from .header import name_and_unit
+from .raw import RawTable
+from .text import read_text
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["FIRST_ROW", "Column", "frame_table", "read_table", "write_table"]
+__all__ = ["FIRST_ROW", "Column", "Table", "frame_table", "read_table", "stem_of", "write_table"]
 
 FloatArray = NDArray[np.float64]
 FIRST_ROW = 2
-_CELL = re.compile(r"^(?P<name>[^\[\]]+?(\[[\d,]+\][^\[\]]*?)*)\s*\[(?P<unit>[^\[\]]*)\]$")
-_MISSING = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "#N/A", "null", "NULL", "None"]
+_READ = ".csv, .csv.gz, .parquet, .txt, " + ", ".join(READERS)
 
 
 @dataclass(frozen=True)
 class Column:
-    """One column as the file has it: its unit is not converted yet, a missing number is NaN."""
+    """One column as the file has it: nothing is converted yet.
+
+    Attributes
+    ----------
+    name : str
+    unit : str or None
+        None where the file says none.
+    values : ndarray
+        float64, NaN where a number is missing; objects (str, None) where the cells are text or time stamps.
+    cell : str
+        The header cell it comes from.
+    """
 
     name: str
-    unit: str
-    values: FloatArray
+    unit: str | None
+    values: np.ndarray
+    cell: str = ""
+
+    @property
+    def is_text(self) -> bool:
+        """Whether the cells are text or time stamps."""
+        return self.values.dtype == object
 
 
-def read_table(path: Path) -> tuple[list[Column], str]:
-    """Columns of a file, and the sha256 of its bytes.
+@dataclass(frozen=True)
+class Table:
+    """Columns of a file or DataFrame, the sha256 of its bytes, the row of sample 0, what was found out on reading."""
+
+    columns: list[Column]
+    digest: str
+    first_row: int = FIRST_ROW
+    notes: tuple[str, ...] = ()
+
+
+def read_table(path: Path) -> Table:
+    """Columns of a file.
 
     Raises
     ------
@@ -60,60 +90,96 @@ def read_table(path: Path) -> tuple[list[Column], str]:
         raise InputError(
             f"{path} is empty -- expected a header row 'time [s],x_in [rad],...' and samples -- record again"
         )
+    reader = READERS.get(path.suffix.lower())
     if content[:4] == b"PAR1" or path.suffix == ".parquet":
-        cells, values = _parquet(path, content)
+        raw = _parquet(path, content)
+    elif reader is not None:
+        raw = reader(path, content)
     else:
-        cells, values = _csv(path, _unzipped(path, content))
-    named = [_header_cell(path, cell) for cell in cells]
-    names = [name for name, _ in named]
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(
-                f"{path}: column {name!r} appears {names.count(name)} times -- expected once -- rename one"
-            )
-    return [Column(name, unit, column) for (name, unit), column in zip(named, values, strict=True)], digest
+        raw = read_text(path, _unzipped(path, content))
+    columns, notes = _named(str(path), raw)
+    return Table(columns, digest, raw.first_row, (*raw.notes, *notes))
 
 
-def frame_table(where: str, frame: pd.DataFrame) -> tuple[list[Column], str]:
-    """Columns of a DataFrame, and a sha256 of its header and numbers.
+def frame_table(where: str, frame: pd.DataFrame) -> Table:
+    """Columns of a DataFrame, with a sha256 of its header and numbers.
 
     Parameters
     ----------
     where : str
         What messages call it.
     frame : DataFrame
-        Columns ``name [unit]``, or ``name`` with the unit in ``attrs["units"]``; time is the first column, or an
-        index called ``time [s]``.
+        Columns ``name [unit]``, or ``name`` with the unit in ``attrs["units"]``; time is a column, or a named index.
 
     Raises
     ------
     InputError
-        No columns, a header cell without unit, a name twice, or cells that are no numbers.
+        No columns, a name twice, or cells that are no numbers.
     """
+    import pandas as pd
+
     if frame.index.name is not None:
         frame = frame.reset_index()
-    units = frame.attrs.get("units", {})
-    cells = [str(c) if "[" in str(c) or c not in units else f"{c} [{units[c]}]" for c in frame.columns]
-    if not cells:
+    if not len(frame.columns):
         raise InputError(f"{where} has no columns -- expected 'time [s]', 'x_in [rad]', ... -- give it some")
-    named = [_header_cell(Path(where), cell) for cell in cells]
-    names = [name for name, _ in named]
-    digest = hashlib.sha256()
-    columns = []
-    for k, (name, unit) in enumerate(named):
-        if names.count(name) > 1:
-            raise InputError(
-                f"{where}: column {name!r} appears {names.count(name)} times -- expected once -- rename one"
-            )
+    units = frame.attrs.get("units", {})
+    cells = [str(cell) for cell in frame.columns]
+    said = [units.get(cell) for cell in frame.columns]
+    values = []
+    for k, cell in enumerate(cells):
+        column = frame.iloc[:, k]
+        if pd.api.types.is_datetime64_any_dtype(column):
+            values.append(np.array([None if pd.isna(t) else t.isoformat() for t in column], dtype=object))
+            continue
+        if pd.api.types.is_string_dtype(column):
+            values.append(np.array([None if pd.isna(text) else str(text) for text in column], dtype=object))
+            continue
         try:
-            values = np.ascontiguousarray(frame.iloc[:, k].to_numpy(dtype=float, na_value=np.nan))
+            values.append(np.ascontiguousarray(column.to_numpy(dtype=float, na_value=np.nan)))
         except (TypeError, ValueError):
             raise InputError(
-                f"{where}: column {name!r} is of type {frame.dtypes.iloc[k]} -- expected numbers -- convert it"
+                f"{where}: column {cell!r} is of type {column.dtype} -- expected numbers -- convert it"
             ) from None
-        digest.update(f"{name} [{unit}]".encode() + values.tobytes())
-        columns.append(Column(name, unit, values))
-    return columns, digest.hexdigest()
+    columns, notes = _named(where, RawTable(cells, said, values))
+    digest = hashlib.sha256()
+    for column in columns:
+        content = repr(list(column.values)).encode() if column.is_text else column.values.tobytes()
+        digest.update(f"{column.name} [{column.unit}]".encode() + content)
+    return Table(columns, digest.hexdigest(), notes=tuple(notes))
+
+
+def stem_of(path: Path) -> str:
+    """Name of a log's file without the suffixes of its format."""
+    name = path.name.removesuffix(".gz")
+    known = (".csv", ".txt", ".tsv", ".parquet", *READERS)
+    return next((name[: -len(suffix)] for suffix in known if name.lower().endswith(suffix)), name)
+
+
+def _named(where: str, raw: RawTable) -> tuple[list[Column], list[str]]:
+    """Columns with names; a row index without a name and columns without name and numbers are left out."""
+    columns: list[Column] = []
+    notes: list[str] = []
+    beside = raw.units or [None] * len(raw.cells)
+    for k, (cell, unit, values) in enumerate(zip(raw.cells, beside, raw.columns, strict=True)):
+        name, own = name_and_unit(cell)
+        if not cell or cell == "Unnamed: 0":
+            if values.dtype == object:
+                empty = all(value is None for value in values)
+            else:
+                empty = bool(np.isnan(values).all()) if len(raw.cells) > 1 else False
+                if k == 0 and values.size and np.array_equal(values, np.arange(values.size)):
+                    notes.append("first column has no name and counts the rows: left out")
+                    continue
+            if empty:
+                notes.append(f"column {k + 1} is empty: left out")
+                continue
+            name = f"column {k + 1}"
+        columns.append(Column(name, own or unit, values, cell))
+    names = [column.name for column in columns]
+    for name in names:
+        if (times := names.count(name)) > 1:
+            raise InputError(f"{where}: column {name!r} appears {times} times -- expected once -- rename one")
+    return columns, notes
 
 
 def write_table(path: Path, header: Sequence[str], columns: Sequence[FloatArray]) -> None:
@@ -148,15 +214,18 @@ def write_table(path: Path, header: Sequence[str], columns: Sequence[FloatArray]
 
 def _bytes(path: Path) -> bytes:
     try:
+        mode = path.stat().st_mode
+        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # a pipe would wait for ever, a device never end
+            raise InputError(f"{path} is a pipe or a device -- expected a regular file -- save it to a file first")
         return path.read_bytes()
     except FileNotFoundError:
-        raise InputError(
-            f"{path} does not exist -- expected a measured run (.csv, .csv.gz, .parquet) -- check the path"
-        ) from None
+        raise InputError(f"{path} does not exist -- expected a measured run ({_READ}) -- check the path") from None
     except OSError as failure:
         raise InputError(
-            f"{path}: {failure.strerror} -- expected a readable file (.csv, .csv.gz, .parquet) -- check the path"
+            f"{path}: {failure.strerror} -- expected a readable file ({_READ}) -- check the path"
         ) from None
+    except ValueError as failure:  # a zero byte in the name
+        raise InputError(f"{str(path)!r}: {failure} -- expected the name of a file -- check the path") from None
 
 
 def _unzipped(path: Path, content: bytes) -> bytes:
@@ -172,7 +241,7 @@ def _unzipped(path: Path, content: bytes) -> bytes:
         raise InputError(f"{path}: {failure} -- expected a whole gzip file -- copy it again") from failure
 
 
-def _parquet(path: Path, content: bytes) -> tuple[list[str], list[FloatArray]]:
+def _parquet(path: Path, content: bytes) -> RawTable:
     try:
         table = pq.read_table(pa.BufferReader(content))
     except (pa.ArrowException, OSError) as failure:
@@ -180,75 +249,13 @@ def _parquet(path: Path, content: bytes) -> tuple[list[str], list[FloatArray]]:
         raise InputError(f"{path}: {reason} -- expected a whole Parquet file -- copy it again") from failure
     columns = []
     for cell, column in zip(table.column_names, table.columns, strict=True):
-        if not (pa.types.is_floating(column.type) or pa.types.is_integer(column.type)):
+        if pa.types.is_timestamp(column.type):
+            stamps = column.cast(pa.string()).to_pylist()
+            columns.append(np.array(stamps, dtype=object))
+        elif pa.types.is_floating(column.type) or pa.types.is_integer(column.type):
+            columns.append(np.array(column.cast(pa.float64(), safe=False).to_numpy(), dtype=float))
+        elif pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
+            columns.append(np.array(column.to_pylist(), dtype=object))
+        else:
             raise InputError(f"{path}: column {cell!r} holds {column.type} -- expected numbers -- convert or remove it")
-        columns.append(np.array(column.cast(pa.float64()).to_numpy(), dtype=float))
-    return [str(cell) for cell in table.column_names], columns
-
-
-def _csv(path: Path, content: bytes) -> tuple[list[str], list[FloatArray]]:
-    content = content.removeprefix(b"\xef\xbb\xbf")
-    try:
-        content.decode()
-    except UnicodeDecodeError as failure:
-        row = content[: failure.start].count(b"\n") + 1
-        raise InputError(
-            f"{path}: byte 0x{content[failure.start]:02x} in row {row} is not UTF-8 "
-            "-- expected UTF-8 text -- save it as UTF-8"
-        ) from None
-    if b"\x00" in content:
-        raise InputError(f"{path} holds zero bytes -- expected UTF-8 text -- save it as UTF-8 CSV")
-    content = content.rstrip() + b"\n"
-    first = content.split(b"\n", 1)[0].decode().rstrip("\r")
-    cells = [cell.strip() for cell in next(csv.reader([first], skipinitialspace=True), [])]
-    _check_header(path, first, cells)
-    if content.count(b"\n") < 2:
-        return cells, [np.empty(0) for _ in cells]
-    try:
-        table = pacsv.read_csv(
-            pa.BufferReader(content),
-            pacsv.ReadOptions(skip_rows=1, column_names=[str(k) for k in range(len(cells))], use_threads=False),
-            pacsv.ParseOptions(ignore_empty_lines=False, newlines_in_values=False),
-            pacsv.ConvertOptions(column_types={str(k): pa.float64() for k in range(len(cells))}, null_values=_MISSING),
-        )
-    except pa.ArrowException as failure:
-        raise InputError(_csv_failure(path, cells, str(failure))) from None
-    return cells, [column.to_numpy() for column in table.columns]
-
-
-def _check_header(path: Path, first: str, cells: list[str]) -> None:
-    if not any(cells):
-        raise InputError(f"{path}: row 1 is empty -- expected a header such as 'time [s],x_in [rad]' -- add it")
-    if len(cells) == 1 and re.search(r"\][\s\"]*[;\t]", first):
-        raise InputError(f"{path}: header {first[:60]!r} -- expected commas between cells -- save it with commas")
-    if all(_is_number(cell) for cell in cells):
-        raise InputError(f"{path}: row 1 holds numbers -- expected a header such as 'time [s],x_in [rad]' -- add it")
-
-
-def _csv_failure(path: Path, cells: list[str], reason: str) -> str:
-    """Arrow's reason in our words; it counts rows from 1 at the header as we do."""
-    if found := re.search(r"column #(\d+): Row #(\d+): .*invalid value '(.*)'", reason, re.DOTALL):
-        column, row, text = int(found[1]), found[2], " ".join(found[3].split())[:40]
-        return (
-            f"{path}: {text!r} in row {row}, column {cells[column]!r} -- expected a number -- correct or remove the row"
-        )
-    if found := re.search(r"Row #(\d+): Expected (\d+) columns, got (\d+)", reason):
-        return f"{path}: {found[3]} cells in row {found[1]} -- expected {found[2]} as in the header -- correct the row"
-    return f"{path}: {reason.splitlines()[0][:120]} -- expected rows of numbers separated by commas -- correct the file"
-
-
-def _header_cell(path: Path, cell: str) -> tuple[str, str]:
-    found = _CELL.match(cell.strip())
-    if not found or not found["unit"].strip():
-        raise InputError(
-            f"{path}: column {cell!r} has no unit -- expected 'name [unit]' -- write for example 'x_in [rad]'"
-        )
-    return found["name"].strip(), found["unit"].strip()
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+    return RawTable([str(cell) for cell in table.column_names], None, columns)

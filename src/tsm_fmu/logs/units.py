@@ -6,8 +6,9 @@ angle. Here the radian counts as a base unit: ``deg`` and ``rpm`` convert, ``Hz`
 
 from __future__ import annotations
 
+import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ from ..models.contract import InputError
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
-__all__ = ["UnitToSI", "same_quantity", "unit_to_si"]
+__all__ = ["UnitToSI", "read_unit", "same_quantity", "unit_to_si"]
 
 # Texts that pint reads as something no rig measures, or that mean different things to different people.
 _AMBIGUOUS = {
@@ -54,6 +55,14 @@ _COHERENT = (
     "cd",
 )
 _LONGEST = 60
+# pint computes what is written: a tower of powers would keep it busy for ever
+_POWER = re.compile(
+    r"(?<![\d.])\*\*\s*(\(\s*[-+]?\d{1,2}\s*(/\s*\d{1,2}\s*)?\)|[-+]?\d{1,2}(\.\d{1,3})?)(?![\d.]|\s*\*\*)"
+)
+_SCALED = re.compile(
+    r"^(?P<over>[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?)(\s*/\s*(?P<under>(\d+\.?\d*|\.\d+)(e[-+]?\d+)?))?\s+(?P<unit>\S.*)$",
+    re.IGNORECASE,
+)
 
 
 @dataclass(frozen=True)
@@ -92,7 +101,10 @@ def unit_to_si(text: str) -> UnitToSI:
     try:
         if not plain or len(plain) > _LONGEST:
             raise ValueError("length")
-        unit = registry.parse_units(_pint_text(plain))
+        written = _pint_text(plain)
+        if "**" in _POWER.sub("", written):
+            raise ValueError("power")
+        unit = registry.parse_units(written)
         at_zero, at_one, at_two = (float(registry.Quantity(x, unit).to_base_units().magnitude) for x in (0.0, 1.0, 2.0))
         if abs(at_two - 2.0 * at_one + at_zero) > 1e-9 * abs(at_one):
             raise ValueError("logarithmic")
@@ -109,6 +121,24 @@ def unit_to_si(text: str) -> UnitToSI:
         offset=at_zero,
         base=tuple(sorted(exponents.items())),
     )
+
+
+def read_unit(text: str) -> UnitToSI:
+    """A unit as `unit_to_si` reads it, or with a factor before it: counts of ``0.0314 deg`` or ``360/4096 deg``.
+
+    Raises
+    ------
+    InputError
+        As `unit_to_si`, or a factor that is 0 or not finite.
+    """
+    found = _SCALED.match(text.strip())
+    if not found:
+        return unit_to_si(text)
+    unit, under = unit_to_si(found["unit"]), float(found["under"] or 1.0)
+    factor = float(found["over"]) / under if under else math.inf
+    if not math.isfinite(factor) or factor == 0.0:
+        raise InputError(f"unit {text!r} -- expected a finite factor other than 0 -- for example 360/4096 deg")
+    return replace(unit, factor=unit.factor * factor)
 
 
 def same_quantity(a: str, b: str) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 
 from .. import __version__
 from ..card import read_card
+from ..logs.mapping import MAPPING_FILE
 from ..logs.record import read_record
 from ..logs.table import read_table
 from ..models.contract import InputError
@@ -52,6 +53,8 @@ def write_folder_report(folder: Path) -> Path:
 
 def _section(path: Path) -> Section | None:
     """Section on a file; None for one that is no result."""
+    if path.name == MAPPING_FILE:
+        return None
     if path.suffix == ".toml":
         return _card(path)
     if path.name == "diagnosis.json":
@@ -60,7 +63,7 @@ def _section(path: Path) -> Section | None:
         from ..cosim.sweep_report import sweep_section
 
         return _read(path, sweep_section)
-    if path.name.endswith(_TABLES) and read_table(path)[0][0].name == "time":
+    if path.name.endswith(_TABLES) and read_table(path).columns[0].name == "time":
         return _run(path)
     return None
 
@@ -68,7 +71,7 @@ def _section(path: Path) -> Section | None:
 def _read(path: Path, section: Any) -> Section:
     try:
         return section(json.loads(path.read_text(encoding="utf-8")))
-    except (ValueError, KeyError, TypeError, AttributeError, OSError) as failure:
+    except (ValueError, KeyError, TypeError, AttributeError, OSError, RecursionError) as failure:
         raise InputError(
             f"{path}: {failure!r} -- expected the file as the verb wrote it -- run the verb again"
         ) from failure

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..logs.record import Record, read_record
 from ..logs.samples import check_size
+from ..logs.table import stem_of
 from ..models.contract import InputError
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ class ReadOptions:
 
     start: float | None = None
     stop: float | None = None
-    renames: Mapping[str, str] = field(default_factory=dict)
+    mapping: Mapping[str, str] = field(default_factory=dict)
     scales: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -76,17 +77,18 @@ def _record(run: Any, number: int, names: Any, options: ReadOptions) -> Record:
         return run
     name = next(names) if isinstance(run, (str, os.PathLike)) else str(getattr(run, "attrs", {}).get("name", ""))
     return read_record(
-        run, renames=options.renames, scales=options.scales, start=options.start, stop=options.stop,
+        run, mapping=options.mapping, scales=options.scales, start=options.start, stop=options.stop,
         name=name or f"run {number}",
     )  # fmt: skip
 
 
 def _names_of(paths: Sequence[Path]) -> list[str]:
-    whole = [path.expanduser().absolute() for path in paths]
-    for path, times in Counter(p.resolve() for p in whole).items():
+    whole = [Path(os.path.expanduser(path)).absolute() for path in paths]
+    # not Path.resolve(), which raises for a loop of links and for a zero byte: reading says it better
+    for path, times in Counter(str(p) if "\0" in str(p) else os.path.realpath(p) for p in whole).items():
         if times > 1:
             raise InputError(f"run {path} is given {times} times -- expected each run once -- remove the repetition")
-    stems = [p.name.removesuffix(".gz").removesuffix(".csv").removesuffix(".parquet") for p in whole]
+    stems = [stem_of(p) for p in whole]
     names, depth = list(stems), 0
     while len(set(names)) < len(names) and depth < max(len(p.parts) for p in whole):
         depth += 1
