@@ -10,6 +10,7 @@ import numpy as np
 from ..card import ModelCard
 from ..kernels.kernel import Kernel
 from ..logs.record import Record
+from ..logs.samples import check_fitted
 from ..models.contract import InputError, flat, with_unit
 from .problem import FitRun
 from .search_space import SearchParameter, SearchSpace
@@ -114,6 +115,8 @@ def measured_channels(model: Kernel, records: Sequence[Record]) -> tuple[str, ..
 def fit_run(model: Kernel, record: Record, channels: Sequence[str], cutoff: float | None = None) -> FitRun:
     """The inputs and the measured channels of a record."""
     units = {v.name: v.quantity.unit for v in model.outputs}
-    targets = np.column_stack([record.require(name, units[name]) for name in channels])
+    measured = {name: record.require(name, units[name]) for name in channels}
+    check_fitted(str(record.source or record.name), measured)
+    targets = np.column_stack(list(measured.values()))
     inputs = np.ascontiguousarray(record.inputs_for(model, cutoff))
     return FitRun(record.name, np.ascontiguousarray(record.time), inputs, np.ascontiguousarray(targets))
