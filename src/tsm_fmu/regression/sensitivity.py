@@ -130,7 +130,8 @@ def output_jacobian(problem: Problem, table: FloatArray, weights: FloatArray) ->
     moves = _moves(problem, table, problem.space.free, steps)
     still = problem.outputs_of_all(table)
     found = finite_differences(problem.outputs_at, still, moves, _width(problem, problem.space.free))
-    by_channel = found.reshape(-1, len(problem.channels), found.shape[1])
+    channels = len(problem.channels)
+    by_channel = found.reshape(len(found) // channels, channels, found.shape[1])  # also without a free parameter
     return np.ascontiguousarray((by_channel / (1.0 / weights)[:, None]).reshape(found.shape))
 
 
