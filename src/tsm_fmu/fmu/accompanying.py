@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 from importlib import resources
-from importlib.metadata import distribution
+from importlib.metadata import distributions
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -13,9 +13,10 @@ from ..kernels.kernel import Kernel
 
 
 def licence(package: str) -> str:
-    """Licence text of an installed package."""
-    files = distribution(package).files or []
-    return next(f for f in files if f.name == "LICENSE").read_text()
+    """Text of a package's licence, as it was installed."""
+    # a source tree on the path has metadata too, which name the file but do not hold it
+    files = (Path(f.locate()) for found in distributions(name=package) for f in found.files or ())
+    return next(f for f in files if f.name == "LICENSE" and f.is_file()).read_text()
 
 
 def icon() -> bytes:
