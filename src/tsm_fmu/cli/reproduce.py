@@ -21,7 +21,12 @@ def reproduce(
     paper: Annotated[
         list[str], typer.Option("--paper", metavar="KEY", help="This paper only, e.g. mmt2015; repeatable.")
     ] = [],  # noqa: B006  typer reads it
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer values of what the papers leave open.")] = False,
+    quick: Annotated[
+        bool,
+        typer.Option(
+            "--quick", help="Fewer values of what is open, short windows: a first look, verdicts are provisional."
+        ),
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Every figure and number of the five papers: as printed, ours, verdict, why."""

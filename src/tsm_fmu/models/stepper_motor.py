@@ -28,8 +28,10 @@ LARGEST_ANGLE = 0.05
 
 class Params(NamedTuple):
     tau_hold: Annotated[float, Quantity("N.m", "holding torque, Eq (2); assumed", lo=0.0, open_lo=True)] = 1.9
-    teeth: Annotated[int, Quantity("1", "rotor teeth N, Eq (2): 50 for steps of 1.8 deg", lo=1, hi=500)] = 50
-    microsteps: Annotated[int, Quantity("1", "micro-steps a full step m, Eq (1); assumed", lo=1, hi=4096)] = 16
+    teeth: Annotated[int, Quantity("1", "number of rotor teeth N, Eq (2): 50 for steps of 1.8 deg", lo=1, hi=500)] = 50
+    microsteps: Annotated[int, Quantity("1", "number of micro-steps a full step m, Eq (1); assumed", lo=1, hi=4096)] = (
+        16
+    )
     J: Annotated[float, Quantity("kg.m2", "inertia of rotor and wheel, Eq (2); assumed", lo=0.0, open_lo=True)] = 1.0e-4
     b: Annotated[float, Quantity("N.m.s/rad", "viscous damping, Eq (2); assumed", lo=0.0)] = 0.05
     theta_0: Annotated[float, Quantity("rad", "angle at the start", display="deg")] = 0.0
@@ -71,7 +73,7 @@ def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
     q = math.pi / (2.0 * p.teeth * p.microsteps)
-    parts = math.ceil(dt * math.sqrt(p.teeth * p.tau_hold / p.J) / LARGEST_ANGLE)
+    parts = 1 + int(dt * math.sqrt(p.teeth * p.tau_hold / p.J) / LARGEST_ANGLE)
     h, rise = dt / parts, (u.theta_cmd - s.theta_cmd) / parts
     theta, omega = s.theta, s.omega
     for k in range(parts):

@@ -6,6 +6,7 @@ out if the run comes to another.
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -158,7 +159,9 @@ def together_claim(
     units = {p.unit for p in prints.values()}
     missed = [n for n in names if not prints[n].span.holds(Span.of(best[n]))]
     compared = f"{len(names) - len(missed)} of {len(names)} numbers are met at once" + (
-        "; missed: " + ", ".join(f"{n} ({number(best[n])} for {prints[n].text})" for n in missed) if missed else ""
+        "; missed: " + ", ".join(f"{_words(n)} ({number(best[n])} for {prints[n].text})" for n in missed)
+        if missed
+        else ""
     )
     numbers = {
         "printed": {n: list(prints[n].span.ends) for n in names},
@@ -170,8 +173,8 @@ def together_claim(
         _items(items),
         quantity,
         units.pop() if len(units) == 1 else "",
-        "; ".join(f"{n} {prints[n].text}" for n in names),
-        "; ".join(f"{n} {number(best[n])}" for n in names),
+        "; ".join(f"{_words(n)} {prints[n].text}" for n in names),
+        "; ".join(f"{_words(n)} {number(best[n])}" for n in names),
         verdict,
         _reason(compared, why, verdict),
         kind,
@@ -252,6 +255,11 @@ def statement_claim(
         _caller(),
         {"readings": numbers},
     )
+
+
+def _words(name: str) -> str:
+    """``non_periodic.width`` as text."""
+    return re.sub(r"(?<=[a-z])\.(?=[a-z])", " ", name).replace("_", "-")
 
 
 def _items(items: Items) -> tuple[str, ...]:
