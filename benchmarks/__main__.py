@@ -11,7 +11,7 @@ from itertools import chain
 from tempfile import TemporaryDirectory
 from time import perf_counter
 
-from . import diagnose_speed, fmu_c_host, fmu_cost, identify_speed, kernel_vs_c, simulation_speed
+from . import diagnose_speed, fmu_c_host, fmu_cost, identify_speed, kernel_vs_c, native_step, simulation_speed
 from .blind import __main__ as blind
 from .blind.catalogue import STRATA, catalogue
 
@@ -24,7 +24,12 @@ def main() -> int:
     print(f"{'what':<58} {'ours':>9} {'reference':>9} {'ratio':>6} {'limit':>6}  verdict")
     missed = False
     for row in chain(
-        kernel_vs_c.ratios(), fmu_cost.ratios(), fmu_c_host.ratios(), simulation_speed.ratios(), identify_speed.ratios()
+        kernel_vs_c.ratios(),
+        fmu_cost.ratios(),
+        native_step.ratios(),
+        fmu_c_host.ratios(),
+        simulation_speed.ratios(),
+        identify_speed.ratios(),
     ):
         print(
             f"{row.what:<58} {row.ours_us:>6.3f} us {row.reference_us:>6.3f} us {row.ratio:>6.3g} {row.limit:>6.3g}  "

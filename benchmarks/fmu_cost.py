@@ -59,8 +59,8 @@ def ratios() -> Iterator[Ratio]:
         for module in MODELS:
             k = Kernel(module)
             with ExitStack() as stack:
-                ours = stack.enter_context(_loop(build_fmu(k, Path(folder)), k))
-                empty = stack.enter_context(_loop(empty_fmu(k, Path(folder)), k))
+                ours = stack.enter_context(loop(build_fmu(k, Path(folder)), k))
+                empty = stack.enter_context(loop(empty_fmu(k, Path(folder)), k))
                 found = compare(f"{k.name}: set + doStep + get", ours, empty, len(stimuli(k, step=STEP)), LIMIT)
                 yield found._replace(reason=REASONS.get(k.name, ""))
 
@@ -79,7 +79,7 @@ def empty_fmu(k: Kernel, folder: Path) -> Path:
 
 
 @contextmanager
-def _loop(fmu: Path, k: Kernel) -> Iterator[Callable[[], None]]:
+def loop(fmu: Path, k: Kernel) -> Iterator[Callable[[], None]]:
     """A function that does the experiment, on from where the last call ended."""
     with unpacked(fmu) as folder:
         description = fmpy.read_model_description(str(folder))

@@ -23,6 +23,8 @@ class Expressions(Operators):
             return self._record(called, node)
         if isinstance(called, FunctionType):
             return self._law(called, node)
+        if called is None:
+            self.source.refuse(node, f"a call of {ast.unparse(node.func)}")
         if node.keywords:
             self.source.refuse(node, "keywords in a call of a built-in function")
         arguments = self._spread(node.args)

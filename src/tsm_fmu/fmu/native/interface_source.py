@@ -51,7 +51,14 @@ def _table(module: ModuleType, fmu: Interface, fmi: int) -> str:
     for causality, fields in structs:
         starts = [_number(e.variable, e.start or 0) for e in fmu.entries if e.causality == causality]
         lines += wrapped(f"{INDENT}{{{', '.join(_grouped(starts, Record(fields))) or '0'}}},")
-    return "\n".join([*lines, "};"]) + "\n"
+    lines += ["};", ""]
+    for struct, fields in (("inputs", module.Inputs), ("outputs", module.Outputs)):
+        pointer = "u" if struct == "inputs" else "y"
+        terms = [f"{pointer}->{place.partition('.')[2]}" for place, _ in _places(pointer, Record(fields))]
+        lines += [f"double model_{struct}_sum(const {struct.capitalize()} *{pointer})", "{"]
+        lines += [] if terms else [f"{INDENT}(void){pointer};"]
+        lines += [*wrapped(f"{INDENT}return {' + '.join(terms) or '0.0'};"), "}", ""]
+    return "\n".join(lines).rstrip() + "\n"
 
 
 def _row(entry: Entry, place: str, count: int, fmi: int) -> Iterable[str]:

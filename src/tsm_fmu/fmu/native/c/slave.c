@@ -283,7 +283,7 @@ Status slave_step(Slave *slave, double time, double step)
         (time != m->time && !(fabs(time - m->time) <= TIME_TOLERANCE * step + ROUNDING * fabs(time)))) {
         return wrong_time(slave, time, step);
     }
-    wrong = first_not_finite(&m->values, FIRST_INPUT, FIRST_OUTPUT);
+    wrong = isfinite(model_inputs_sum(&m->values.u)) ? -1 : first_not_finite(&m->values, FIRST_INPUT, FIRST_OUTPUT);
     if (wrong >= 0) {
         return TELL(slave, STATUS_ERROR, "input %s = %r at t = %r s -- expected a finite number -- " MEND,
             model_variables[wrong].name, value_get(&m->values, wrong), time);
@@ -295,7 +295,7 @@ Status slave_step(Slave *slave, double time, double step)
             inputs_text(slave, text, sizeof text), slave->fault.text);
         return refused(slave, step);
     }
-    wrong = first_not_finite(&next, FIRST_OUTPUT, VARIABLES);
+    wrong = isfinite(model_outputs_sum(&next.y)) ? -1 : first_not_finite(&next, FIRST_OUTPUT, VARIABLES);
     if (wrong >= 0) {
         sentence_put(slave->text, sizeof slave->text, MODEL_NAME
             ": output %s = %r at t = %r s with %s -- expected a finite number -- reduce the step",
