@@ -129,8 +129,7 @@ def test_joint_conditions_say_the_same(k, tmp_path):
     for _ in range(300):
         values = [moved(v, source) for v in k.parameters]
         p = packed(k.module.Params, values)
-        fault, warnings = Fault(), []
-        note = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p)(lambda _, text: warnings.append(text.decode()))
+        fault = Fault()
         given = ctypes.byref(in_c._put(p, "Params"))
         in_c.library.model_check(given, ctypes.byref(fault))
         refusal, expected = judged(k, p)
@@ -138,10 +137,17 @@ def test_joint_conditions_say_the_same(k, tmp_path):
         if refusal:
             told.add(refusal[:12])
             continue
-        in_c.library.model_warnings(given, note, None, ctypes.byref(fault))
-        assert tuple(warnings) == expected
+        assert warnings_of(in_c, given) == expected
         told.update(text[:12] for text in expected)
     assert told
+
+
+def warnings_of(in_c: Translated, parameters) -> tuple[str, ...]:
+    """What the translation warns of."""
+    told: list[str] = []
+    note = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p)(lambda _, text: told.append(text.decode()))
+    in_c.library.model_warnings(parameters, note, None, ctypes.byref(Fault()))
+    return tuple(told)
 
 
 def judged(k: Kernel, p) -> tuple[str, tuple[str, ...]]:
