@@ -20,6 +20,7 @@ import tomli_w
 from . import __version__
 from .kernels.kernel import Kernel, kernel
 from .models.contract import InputError, Variable
+from .models.unit_text import simplified
 
 __all__ = ["FORMAT", "CardParameter", "ModelCard", "Provenance", "RecordUsed", "read_card", "write_card"]
 
@@ -285,7 +286,7 @@ def _check_declared(name: str, parameter: CardParameter, declared: Mapping[str, 
     if name not in declared:
         raise InputError(f"parameters.{name} -- expected one of {', '.join(declared)} -- {_REMEDY}")
     unit = declared[name].quantity.unit
-    if parameter.unit != unit:
+    if simplified(parameter.unit) != unit:
         raise InputError(
             f"parameters.{name}.unit = {parameter.unit!r} -- expected {unit!r}, cards are in SI -- {_REMEDY}"
         )

@@ -97,7 +97,7 @@ def test_units_of_an_effect_follow_what_it_acts_on():
     k = chain("TendonDrive", ("load_dependence", "viscous", "tendon_elasticity@x_out", "offset_drift@tau_in"))
     units = {v.name: v.quantity.unit for v in k.parameters}
     assert units["load_dependence.k"] == "1"
-    assert units["viscous.f_v"] == "N.m/(rad/s)"
+    assert units["viscous.f_v"] == "N.m.s/rad"
     assert units["x_out.tendon_elasticity.compliance"] == "rad/(N.m)"
     assert units["tau_in.offset_drift.c"] == "N.m/s"
     for model, unit in (("TendonDrive", "rad"), ("SingleTsmDahl", "m")):

@@ -155,7 +155,7 @@ def test_state_survives_json():
     s, _ = lebus_compensator.start(p, lebus_compensator.Inputs(0.0, 4.9))
     for x in (3.0, 2.97, 2.985):
         s, _ = lebus_compensator.step(p, s, lebus_compensator.Inputs(x, 4.9), 0.01)
-    assert all(isinstance(x, float) for x in s)
+    assert all(isinstance(x, float) for x in flat(s))
     again = packed(lebus_compensator.State, json.loads(json.dumps(flat(s))))
     following = lebus_compensator.Inputs(2.5, 4.7)
     assert lebus_compensator.step(p, again, following, 0.01) == lebus_compensator.step(p, s, following, 0.01)

@@ -249,7 +249,7 @@ def test_state_survives_json():
     s, _ = lebus_transmission.start(p, u[0])
     for now in u[1:]:
         s, _ = lebus_transmission.step(p, s, now, 0.1)
-    assert all(isinstance(x, float) for x in s)
+    assert all(isinstance(x, float) for x in flat(s))
     again = packed(lebus_transmission.State, json.loads(json.dumps(flat(s))))
     following = lebus_transmission.Inputs(3.9, 0.055)
     assert lebus_transmission.step(p, again, following, 0.1) == lebus_transmission.step(p, s, following, 0.1)

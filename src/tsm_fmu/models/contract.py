@@ -11,7 +11,7 @@ A *kernel* is a module with four named tuples and pure functions on them. Both k
 
 A model alone::
 
-    ROLES = Roles(motion="x_in", ...)          what its variables are for others, its friction port; optional
+    ROLES = Roles(motion="x_in", ...)          what its variables are for others, its friction port (roles.py); optional
 
 An effect alone (its Inputs are any of `SIGNALS`, its only output is ``y``)::
 
@@ -23,8 +23,7 @@ Each variable is declared once: FMU variables, documentation, bounds of a fit an
 declaration. The public name drops a trailing underscore of the field (``lambda_``). A field of Params or State may be a
 tuple of floats whose type says its length, ``L: Annotated[tuple[float, float], Quantity(...)]``: it is the variables
 L_1 and L_2. Numbers in the state are always floats, so that the compiled form keeps one type from step to step.
-Docstrings hold the equations, numbered ``(1)``, their source
-and their validity (of an effect: its limits).
+Docstrings hold the equations, numbered ``(1)``, their source and their validity (of an effect: its limits).
 
 A ``start`` or ``step`` that cannot go on raises ValueError(``what -- what was expected -- what to do``).
 
@@ -45,6 +44,8 @@ from typing import (  # noqa: UP035  a kernel file imports nothing but typing an
     get_origin,
     get_type_hints,
 )
+
+from .roles import DefaultExperiment, FrictionPort, HeldLoad, Roles
 
 __all__ = [
     "SIGNALS",
@@ -216,96 +217,6 @@ class Condition(NamedTuple):
         own = self._own(p)
         numbers = {name: number(own) for name, number in self.numbers.items()}
         return {**named(own), **numbers, "margin": self.margin(own)}
-
-
-class FrictionPort(NamedTuple):
-    """Where the friction is in a model's outputs, for the effects that change it.
-
-    Attributes
-    ----------
-    like : str
-        An input or output that has the friction's unit.
-    read : callable
-        ``read(p, u, o) -> f``: the friction in the outputs.
-    write : callable
-        ``write(p, u, o, f) -> Outputs``: the outputs with the friction ``f`` instead.
-    """
-
-    like: str
-    read: Callable[[Any, Any, Any], Any]
-    write: Callable[[Any, Any, Any, Any], Any]
-
-
-class HeldLoad(NamedTuple):
-    """How a model that estimates its load keeps it while the drive sticks, for effects that widen the friction band.
-
-    Attributes
-    ----------
-    level : callable
-        ``level(p, v) -> f``: friction of sliding at the speed ``|v|``.
-    between : callable
-        ``between(last, pull, release) -> load``: the load kept between those of sliding in either direction.
-    write : callable
-        ``write(p, u, o, load) -> Outputs``: the outputs with that load.
-    """
-
-    level: Callable[[Any, float], float]
-    between: Callable[[float, float, float], float]
-    write: Callable[[Any, Any, Any, float], Any]
-
-
-class DefaultExperiment(NamedTuple):
-    """A simulation that shows what a model does: the default experiment of its FMU.
-
-    Attributes
-    ----------
-    stop : float
-        End of the simulation, from 0 [s].
-    step : float
-        Communication step [s].
-    """
-
-    stop: float = 20.0
-    step: float = 1e-3
-
-
-class Roles(NamedTuple):
-    """What the variables of a model are for those that work with any model: chains, fits, diagnosis, FMUs.
-
-    Names are public ones. A model without a role leaves it out.
-
-    Attributes
-    ----------
-    motion : str
-        The input that is the position of the drive; a model without one may have an input ``v``, its speed.
-    load : str
-        The input or output that loads the distal side.
-    drive : str
-        The input or output that is the load or tension at the drive side.
-    offsets, initial : tuple of str
-        Parameters that each run has of its own: offsets of sensors, and states at the start.
-    has : mapping of str to tuple of str
-        Effects that are in the model's own law, by id, with the parameters that make each.
-    depends : mapping of str to tuple of str
-        Inputs that an output follows at once; an output that is not in it follows all of them.
-    friction : FrictionPort or None
-        Present: the model can carry friction effects.
-    held_load : HeldLoad or None
-        Present: the model has a parameter ``hold`` and states ``slid``, ``v_in`` and that of its `load`.
-    experiment : DefaultExperiment
-        Stop time and step that suit the model.
-    """
-
-    motion: str = ""
-    load: str = ""
-    drive: str = ""
-    offsets: tuple[str, ...] = ()
-    initial: tuple[str, ...] = ()
-    has: Mapping[str, tuple[str, ...]] = {}
-    depends: Mapping[str, tuple[str, ...]] = {}
-    friction: FrictionPort | None = None
-    held_load: HeldLoad | None = None
-    experiment: DefaultExperiment = DefaultExperiment()
 
 
 def variables(fields: Any) -> tuple[Variable, ...]:

@@ -2,6 +2,8 @@
 
 from typing import Annotated, Any, NamedTuple, get_args, get_type_hints
 
+from .unit_text import simplified
+
 
 class Part(NamedTuple):
     """Fields of one class inside a joined one.
@@ -41,10 +43,7 @@ def joined(module: str, name: str, *parts: Part) -> Any:
             unit = quantity.unit
             for placeholder, meant in part.units.items():
                 unit = unit.replace("{" + placeholder + "}", meant)
-            over = unit.split("/")
-            if len(over) == 2 and over[1].strip("()") == over[0]:
-                unit = "1"
-            hints[part.prefix + field] = Annotated[kind, quantity._replace(unit=unit)]
+            hints[part.prefix + field] = Annotated[kind, quantity._replace(unit=simplified(unit))]
             if part.defaults is not None:
                 defaults[part.prefix + field] = part.defaults[position]
     made: Any = NamedTuple(name, list(hints.items()))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Any
 
@@ -29,8 +28,6 @@ from ..result import Diagnosis
 from .plots import dependence_figures, motion_figures, run_sections
 
 MOST_PLACES = 12
-USUAL_UNITS = {"N/(m/s2)": "kg", "N.m/(rad/s2)": "kg.m2", "N/(m/s)": "N.s/m", "N.m/(rad/s)": "N.m.s/rad"}
-"""Units of effects in the form that people use."""
 
 
 def write_diagnosis_report(path: Path, found: Diagnosis) -> Path:
@@ -261,13 +258,7 @@ def _notes(found: Diagnosis) -> Section | None:
 
 def _values(c: Candidate) -> str:
     """Parameters of a candidate with their units."""
-    return ", ".join(f"{n} = {value_text(value, c.units[n])}" for n, value in c.parameters.items())
-
-
-def value_text(value: float, unit: str) -> str:
-    """A parameter as people read it: deg for rad, kg for N/(m/s2)."""
-    usual = re.sub(r"\((\w+)\)", r"\1", USUAL_UNITS.get(unit, unit))
-    return display(usual, value)(value)
+    return ", ".join(f"{n} = {display(c.units[n], value)(value)}" for n, value in c.parameters.items())
 
 
 def _rounded(value: float) -> float:
