@@ -1,7 +1,7 @@
 """Copies of the contract in one process, one for each FMU, do not meet in the caches of ``typing``."""
 
 import functools
-import importlib.util
+import importlib
 import sys
 import typing
 from collections.abc import Iterator
@@ -38,17 +38,15 @@ class Equal:
 @pytest.fixture
 def copies() -> Iterator[list[ModuleType]]:
     """Three copies of the contract module, as three FMUs have them."""
+    names = ("copy_of_the_first", "copy_of_the_second", "copy_of_the_third")
     loaded = []
-    for name in ("copy_of_the_first", "copy_of_the_second", "copy_of_the_third"):
-        spec = importlib.util.spec_from_file_location(name, Path(str(contract.__file__)))
-        assert spec is not None
-        assert spec.loader is not None
-        sys.modules[name] = module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        loaded.append(module)
+    for name in names:
+        sys.modules[name] = package = ModuleType(name)
+        package.__path__ = [str(Path(str(contract.__file__)).parent)]
+        loaded.append(importlib.import_module(f"{name}.contract"))
     yield loaded
-    for module in loaded:
-        del sys.modules[module.__name__]
+    for module in [m for m in sys.modules if m.partition(".")[0] in names]:
+        del sys.modules[module]
 
 
 def params_of(copy: ModuleType, start: float, annotated: Any) -> Any:
