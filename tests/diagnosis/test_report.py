@@ -15,12 +15,12 @@ import pytest
 from tsm_fmu.card import read_card
 from tsm_fmu.diagnosis.evidence import Gap
 from tsm_fmu.diagnosis.report.page import _closed, _gaps
-from tsm_fmu.logs.display import display
 from tsm_fmu.diagnosis.report.write import write_diagnosis
 from tsm_fmu.diagnosis.result import Diagnosis
 from tsm_fmu.diagnosis.workflow import diagnose
 from tsm_fmu.effects import words
 from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.display import display
 from tsm_fmu.logs.record import Record
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
