@@ -88,7 +88,8 @@ def check_stuck(record: Record, name: str, moving: list[str]) -> list[Finding]:
     lengths = np.diff(begins, append=x.size)
     longest = int(np.argmax(lengths))
     first, last = int(begins[longest]), int(begins[longest] + lengths[longest]) - 1
-    others = [record.columns[c] for c in moving if c != name]
+    # a value that never repeats cannot be stuck: of thousands of channels only few are compared with all others
+    others = [record.columns[c] for c in moving if c != name] if last > first else []
     travel = max((float(np.ptp(y[first : last + 1])) / max(float(np.ptp(y)), 1e-300) for y in others), default=0.0)
     noisy = name not in moving and np.median(lengths) <= 3
     usual = float(np.quantile(np.delete(lengths, longest), 0.99)) if lengths.size > 1 else np.inf

@@ -1,11 +1,13 @@
-"""``tsm-fmu check``: what is in measured runs."""
+"""``tsm-fmu check``: what is in measured runs, or what their columns may be."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from ..models.contract import InputError
 from .app import app, print_json
 from .runs import Cutoff, Map, Run, Scale, Start, Stop, read_runs
 
@@ -19,8 +21,20 @@ def check(
     scales: Scale = [],  # noqa: B006
     cutoff: Cutoff = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    model: Annotated[
+        str | None,
+        typer.Option("--model", metavar="MODEL", help="Propose a log.toml: what the columns are for a model."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="TOML", help="Write the proposal of --model here.")
+    ] = None,
 ) -> None:
     """Columns, rate, gaps, glitches, quantisation, power sign, coverage: what is in these logs."""
+    if model is not None:
+        _propose(runs, model, out)
+        return
+    if out is not None:
+        raise InputError(f"--out {out} -- expected --model with it, whose proposal it takes -- add --model MODEL")
     from ..verbs.check import check as check_runs
 
     result = check_runs(read_runs(runs, start, stop, maps, scales), cutoff=cutoff)
@@ -30,3 +44,20 @@ def check(
         print_json(result.as_json())
     else:
         typer.echo(result.summary())
+
+
+def _propose(runs: list[Path], model: str, out: Path | None) -> None:
+    from ..verbs.check import propose
+
+    if len(runs) != 1:
+        raise InputError(f"--model with {len(runs)} runs -- expected one, for whose folder it is -- give one run")
+    text = propose(runs[0], model).text()
+    typer.echo(text, nl=False)
+    if out is None:
+        return
+    if out.exists():
+        raise InputError(f"--out {out} exists -- expected a new file -- remove it or choose another name")
+    try:
+        out.write_text(text, encoding="utf-8")
+    except (OSError, ValueError) as failure:
+        raise InputError(f"--out {out}: {failure} -- expected a writable place -- choose another") from None

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..checking import RunCheck, check_record
 from ..checking.finding import Finding, shown
+from ..logs.proposal import Proposal, propose_mapping
 from ..logs.record import Record
 from ..report.text import text_table
+from .models import ModelLike, chosen_model
 from .runs import ReadOptions, RunLike, records_of
 
 if TYPE_CHECKING:
@@ -118,6 +122,25 @@ def check(runs: RunLike | Sequence[RunLike], *, cutoff: float | None = None, sta
     """
     records = records_of(runs, ReadOptions(start, stop))
     return CheckResult(tuple(check_record(record, cutoff) for record in records), tuple(records), cutoff)
+
+
+def propose(run: str | os.PathLike[str], model: ModelLike) -> Proposal:
+    """What the columns of a log may be for a model: a ``log.toml`` to correct, from names, units and correlations.
+
+    Parameters
+    ----------
+    run : path
+        Units may be missing.
+    model : str, path, ModelCard, Kernel or result
+        As for `identify`.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read, or an unknown model.
+    """
+    kernel = chosen_model(model).kernel
+    return propose_mapping(Path(run).expanduser(), kernel.name, (*kernel.inputs, *kernel.outputs))
 
 
 def _summary(result: RunCheck) -> str:
