@@ -94,7 +94,7 @@ def test_paths_that_are_no_logs(tmp_path, capfd, monkeypatch):
         (tmp_path / "pipe.csv", "is a pipe or a device -- expected a regular file"),
         ("/dev/zero", "is a pipe or a device"),
         (tmp_path / "a.csv", "symbolic links -- expected a readable file"),
-        ("a\x00b.csv", "-- expected the name of a file"),
+        ("a\x00b.csv", "-- expected the name of a file, without zero bytes"),
         ("~nobody_at_all/own.csv", "-- check the path"),
         (tmp_path, "directory -- expected a readable file"),
     ):

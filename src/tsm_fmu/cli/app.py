@@ -132,7 +132,9 @@ def _wrong_value(failure: Exception) -> str:
     if details is None or parameter is None:
         return ""
     first = details()[0]
-    name = parameter.opts[0] if parameter.param_type_name == "option" else parameter.human_readable_name
+    name = parameter.opts[0] if parameter.param_type_name == "option" else str(parameter.name)
+    if "null byte" in first["msg"]:
+        return f"{name} {first['input']!r} -- expected the name of a file, without zero bytes -- correct it"
     expected = first["msg"].removeprefix("Input should be ").split(", unable")[0]
     expected = expected.rpartition(" is not ")[2].rstrip(".")
     return f"{name} {first['input']!r} -- expected {expected} -- correct it"
