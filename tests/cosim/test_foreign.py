@@ -41,7 +41,7 @@ def test_start_values_are_those_of_fmpy(in_c):
 
 def test_a_boolean_output_gets_its_statistics_and_a_report(in_c, tmp_path, capsys):
     system = alone(in_c["moody"], u=0.7)
-    path = write_ssp(tmp_path / "moody.ssp", {"moody": (system, Experiment(stop=0.1, step=0.01))})
+    path = write_ssp(tmp_path / "moody.ssp", (system, Experiment(stop=0.1, step=0.01)))
     assert tsm_fmu(["run", str(path), "--out", str(tmp_path / "out"), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["metrics"]["one.positive"]
     assert found["mean"] == pytest.approx(10 / 11)  # false in the first row only
@@ -65,7 +65,7 @@ def test_arrays_are_recorded_by_element_and_what_is_no_number_is_said(in_c):
 
 def test_a_table_of_arrays_can_be_read_again(in_c, tmp_path, capsys):
     system = alone(in_c["arrays"], u="0.5 0.25 -1.5")
-    path = write_ssp(tmp_path / "a.ssp", {"a": (system, Experiment(stop=0.1, step=0.01))})
+    path = write_ssp(tmp_path / "a.ssp", (system, Experiment(stop=0.1, step=0.01)))
     assert tsm_fmu(["run", str(path), "--out", str(tmp_path / "out"), "--set", "one.u[2]=-0.75"]) == 0
     assert "one.picture is not recorded: Binary" in capsys.readouterr().err
     again = read_record(tmp_path / "out" / "results.csv")

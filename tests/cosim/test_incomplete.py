@@ -24,7 +24,7 @@ def belt(foreign, t_fail, experiment=TIMING):
 @pytest.mark.parametrize(("t_fail", "rows"), [(0.0, 0), (0.01, 2), (0.17, 18)])
 def test_run_and_simulate_keep_computed_rows_only(foreign, tmp_path, capsys, t_fail, rows):
     log = write_record(tmp_path / "log.csv", np.arange(31) * 0.01, {"other": np.zeros(31)}, {"other": "N"})
-    system = write_ssp(tmp_path / "belt.ssp", {"belt": belt(foreign, t_fail)})
+    system = write_ssp(tmp_path / "belt.ssp", belt(foreign, t_fail))
     replayed = [
         "simulate",
         str(foreign["failing"]),

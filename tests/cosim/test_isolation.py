@@ -91,7 +91,7 @@ def test_who_is_foreign_decides_where_nobody_does(in_c, foreign):
 
 
 def test_run_and_simulate_keep_the_rows_of_an_fmu_that_exits(in_c, tmp_path, capsys):
-    path = write_ssp(tmp_path / "moody.ssp", {"m": (moody(in_c, EXITS), Experiment(stop=0.1, step=0.01))})
+    path = write_ssp(tmp_path / "moody.ssp", (moody(in_c, EXITS), Experiment(stop=0.1, step=0.01)))
     log = write_record(tmp_path / "log.csv", np.arange(11) * 0.01, {"u": np.full(11, 1.5)}, {"u": "1"})
     replayed = ["simulate", str(in_c["moody"]), "--input", str(log), "--set", "mood=3", "--set", "t_end=0.055"]
     for arguments, column in (
@@ -109,7 +109,7 @@ def test_run_and_simulate_keep_the_rows_of_an_fmu_that_exits(in_c, tmp_path, cap
 
 
 def test_a_sweep_goes_on_after_a_point_that_crashes(in_c, tmp_path, capsys):
-    path = write_ssp(tmp_path / "moody.ssp", {"m": (moody(in_c, CRASHES), Experiment(stop=0.1, step=0.01))})
+    path = write_ssp(tmp_path / "moody.ssp", (moody(in_c, CRASHES), Experiment(stop=0.1, step=0.01)))
     assert tsm_fmu(["sweep", str(path), "--vary", "one.t_end=0.02:0.2:4", "--out", str(tmp_path / "out")]) == 2
     said = capsys.readouterr().err
     assert said.count("ended its process by SIGSEGV") == 2
@@ -138,7 +138,7 @@ if __name__ == "__main__":
 @pytest.mark.skipif(os.name == "nt", reason="SIGKILL and SIGTERM are not there on Windows")
 def test_a_killed_sweep_goes_on_where_it_was_and_gives_what_an_undisturbed_one_gives(in_c, tmp_path, capsys):
     system = System((Component("one", in_c["moody"], {"u": 1.5}),), ())
-    path = write_ssp(tmp_path / "moody.ssp", {"m": (system, Experiment(stop=0.1, step=0.01))})
+    path = write_ssp(tmp_path / "moody.ssp", (system, Experiment(stop=0.1, step=0.01)))
     out = tmp_path / "out"
     script = [sys.executable, "-c", SLOW, str(path), str(out)]
     killed = subprocess.run([*script, "3", str(int(signal.SIGKILL))], capture_output=True, text=True)
@@ -159,7 +159,7 @@ def test_a_killed_sweep_goes_on_where_it_was_and_gives_what_an_undisturbed_one_g
 
 def test_points_of_another_sweep_do_not_count(in_c, tmp_path, capsys):
     system = System((Component("one", in_c["moody"], {"u": 1.5}),), ())
-    path = write_ssp(tmp_path / "moody.ssp", {"m": (system, Experiment(stop=0.1, step=0.01))})
+    path = write_ssp(tmp_path / "moody.ssp", (system, Experiment(stop=0.1, step=0.01)))
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "sweep.points.jsonl").write_text('{"sweep": "other"}\n{"values": {}, "metrics": {}}\n')
     assert tsm_fmu(["sweep", str(path), "--vary", "one.k=1:2:2", "--out", str(tmp_path / "out"), "--no-isolate"]) == 0

@@ -2,6 +2,7 @@
 
 import json
 import os
+import zipfile
 from dataclasses import replace
 
 import numpy as np
@@ -24,7 +25,7 @@ def belt(foreign, **values):
 
 
 def swept(tmp_path, case, *arguments):
-    path = write_ssp(tmp_path / "system.ssp", {"one": case})
+    path = write_ssp(tmp_path / "system.ssp", case)
     return run(["sweep", str(path), *arguments, "--out", str(tmp_path / "out")])
 
 
@@ -108,8 +109,14 @@ def test_wrong_use_is_one_line_and_leaves_no_result(foreign, tmp_path, capsys, a
 
 def test_cases_stand_side_by_side(foreign, tmp_path):
     fast = System((Component("x", foreign["integrator"], {"u": 5.3}),), ())
-    path = write_ssp(tmp_path / "two.ssp", {"slow.a": ramp(foreign), "fast.b": (fast, replace(TIMING, stop=0.4))})
+    first = write_ssp(tmp_path / "first.ssp", (replace(ramp(foreign)[0], name="slow"), TIMING))
+    second = write_ssp(tmp_path / "second.ssp", (replace(fast, name="fast"), replace(TIMING, stop=0.4)))
+    path = tmp_path / "two.ssp"
+    with zipfile.ZipFile(first) as old, zipfile.ZipFile(second) as other, zipfile.ZipFile(path, "w") as new:
+        for name in old.namelist():
+            new.writestr(name, old.read(name))
+        new.writestr("fast.ssd", other.read("SystemStructure.ssd"))
     assert run(["sweep", str(path), "--vary", "x.x_0=1.5:2.5:2", "--out", str(tmp_path / "out")]) == 0
     columns = {c.name: c.values for c in read_table(tmp_path / "out" / "sweep.csv").columns}
-    assert columns["slow.a.x.x.mean"] == pytest.approx([1.5 + 1.7 * 0.4, 2.5 + 1.7 * 0.4], rel=1e-12)
-    assert columns["fast.b.x.x.mean"] == pytest.approx([1.5 + 5.3 * 0.2, 2.5 + 5.3 * 0.2], rel=1e-12)
+    assert columns["slow.x.x.mean"] == pytest.approx([1.5 + 1.7 * 0.4, 2.5 + 1.7 * 0.4], rel=1e-12)
+    assert columns["fast.x.x.mean"] == pytest.approx([1.5 + 5.3 * 0.2, 2.5 + 5.3 * 0.2], rel=1e-12)

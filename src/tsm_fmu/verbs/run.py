@@ -183,7 +183,9 @@ def _written(result: RunResult, system: Opened, folder: Path) -> RunResult:
     rows = min(run.time.size for run in result.cases.values())
     decimation = max(1, rows // DECIMATED_ROWS) if len(result.cases) > 1 else 1
     results = write_trajectory(folder / "results.csv", joined(result.cases, decimation))
-    write_ssp(folder / f"{system.name}.ssp", system.cases)
+    for name, case in system.cases.items():
+        single = len(system.cases) == 1
+        write_ssp(folder / (f"{system.name}.ssp" if single else f"systems/{name.replace('.', '_')}.ssp"), case)
     page = folder / "report.html"
     if system.scenario is None:
         report = write_system_report(page, system.name, system.cases, result.cases)

@@ -1,0 +1,81 @@
+"""Open an SSP: its systems with their experiments, ready to run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+from ...models.contract import InputError
+from ..description import describe
+from ..system import Experiment, System
+from ..unpack import unpacked
+from .structure import read_structure
+from .xml import ANNOTATION, child, children, number, parse
+
+Case = tuple[System, Experiment]
+MAIN = "SystemStructure.ssd"
+
+
+@contextmanager
+def open_ssp(path: Path) -> Iterator[dict[str, Case]]:
+    """Unpack an SSP and yield its systems by variant name; their FMUs exist as long as the context.
+
+    A further ``.ssd`` file that cannot be read is left out, and a note of the first system says so.
+
+    Raises
+    ------
+    InputError
+        No such file, damaged, or what is not supported (signal dictionaries, value mappings on connections, components
+        that are not FMUs): each named.
+    """
+    if not path.is_file():
+        raise InputError(f"SSP {path} -- expected an existing .ssp file -- check the path")
+    with unpacked(path, "SSP") as folder:
+        if not (folder / MAIN).is_file():
+            raise InputError(f"SSP {path} has no {MAIN} -- expected one in its root -- export it again")
+        name, (system, experiment) = _case(path, folder, folder / MAIN)
+        others: dict[str, Case] = {}
+        for file in sorted(folder.glob("*.ssd")):
+            if file.name != MAIN:
+                try:
+                    variant, case = _case(path, folder, file)
+                    others[variant] = case
+                except InputError as wrong:
+                    system = replace(system, notes=(*system.notes, f"{file.name} is left out: {wrong}"))
+        yield {name: (system, experiment), **others}
+
+
+def _case(path: Path, folder: Path, file: Path) -> tuple[str, Case]:
+    root = parse(path, file, "SystemStructureDescription")
+    body = child(root, "System")
+    if body is None:
+        raise InputError(f"SSP {path} has no System element -- expected one of SSP 1.0 -- export it as SSP 1.0")
+    system = read_structure(path, folder, root).flat(body.get("name") or root.get("name") or path.stem)
+    return root.get("name") or file.stem, (system, _experiment(path, root, system))
+
+
+def _experiment(path: Path, root: Any, system: System) -> Experiment:
+    default = child(root, "DefaultExperiment")
+    times = {} if default is None else default.attrib
+    notes = [a for a in children(default, "Annotations", "Annotation") if a.get("type") == ANNOTATION]
+    written: dict[str, str] = {}
+    for note in notes:
+        written |= dict(getattr(child(note, "experiment"), "attrib", {}))
+    values: dict[str, Any] = {"start": times.get("startTime", "0"), "stop": times.get("stopTime", "1"), **written}
+    values.setdefault("step", _suggested_step(system))
+    numeric = {f.name for f in fields(Experiment) if f.type == "float"}
+    known: dict[str, Any] = {k: number(path, v) if k in numeric else v for k, v in values.items() if k in _EXPERIMENT}
+    return Experiment(**known)
+
+
+_EXPERIMENT = {f.name for f in fields(Experiment)}
+
+
+def _suggested_step(system: System) -> str:
+    """Smallest step that an FMU of the system proposes; 1 ms if none does."""
+    proposed = [describe(c.fmu).model.defaultExperiment for c in system.components]
+    steps = [float(e.stepSize) for e in proposed if e is not None and e.stepSize]
+    return repr(min(steps, default=1e-3))
