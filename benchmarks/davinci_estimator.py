@@ -8,10 +8,11 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from tsm_fmu.kernels.arrays import FloatArray
 from tsm_fmu.kernels.chain import chain
 from tsm_fmu.regression.specification import fit_run
 
-from .davinci_data import THINNED, FloatArray, Logs, Split, fit_from, fit_runs, rmse, values_of
+from .davinci_data import THINNED, Logs, Split, fit_from, fit_runs, rmse, values_of
 
 CHANNELS = ("x_out", "tau_out")
 PUBLISHED = (math.radians(0.37), 4.42e-3)

@@ -7,13 +7,14 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from tsm_fmu.identification.fit import Fit, fit
+from tsm_fmu.kernels.arrays import FloatArray
 from tsm_fmu.kernels.chain import chain
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun
 from tsm_fmu.regression.residuals import noise_floor
 from tsm_fmu.regression.specification import per_run_fields, search_space
 
-from .davinci_data import SETTLED, THINNED, FloatArray, Logs, Split, fit_from, fit_runs, rmse, values_of
+from .davinci_data import SETTLED, THINNED, Logs, Split, fit_from, fit_runs, rmse, values_of
 
 BACKLASH = kernel("PairedTsmBacklash")
 STRETCHED = chain("TendonDrive", ("tendon_elasticity@x_out", "slack@x_out"))

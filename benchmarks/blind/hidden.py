@@ -10,7 +10,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .motions import FloatArray
+from tsm_fmu.kernels.arrays import FloatArray
+
 from .operators import even_slip, hold_time, lag, play, two_temperatures
 from .plants import Change, Signals
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from .motions import FloatArray
+from tsm_fmu.kernels.arrays import FloatArray
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from scipy.special import gammaincinv
 
-from .motions import FloatArray
+from tsm_fmu.kernels.arrays import FloatArray
 
 ELEMENTS = 32
 

@@ -27,7 +27,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .motions import FloatArray, Motion
+from tsm_fmu.kernels.arrays import FloatArray
+
+from .motions import Motion
 from .operators import approach, maxwell_slip
 
 RUNS = 100

@@ -15,10 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
+from tsm_fmu.kernels.arrays import FloatArray
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.scenarios.papers import WEIGHT_N
 
-from .case import Case, FloatArray, carded, logged
+from .case import Case, carded, logged
 
 RADIUS = 0.0125
 SAMPLE, LENGTH = 0.02, 60.0

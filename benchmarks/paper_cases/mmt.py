@@ -15,9 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
+from tsm_fmu.kernels.arrays import FloatArray
 from tsm_fmu.kernels.kernel import kernel
 
-from .case import Case, FloatArray, logged
+from .case import Case, logged
 
 SAMPLE, LENGTH, FINER = 0.02, 24.0, 20
 NOISE = 0.05

@@ -16,9 +16,10 @@ from tsm_fmu.diagnosis.criteria import REFERENCE_RATIO
 from tsm_fmu.diagnosis.fits.quantised import coarse, with_levels
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, as_given
 from tsm_fmu.diagnosis.runs.gate import gate
+from tsm_fmu.kernels.arrays import FloatArray
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record
-from tsm_fmu.regression.problem import FitRun, FloatArray
+from tsm_fmu.regression.problem import FitRun
 
 DT = 0.01
 MODEL = {"sigma0": 109.0, "sigma1": 0.0, "sigma2": 0.117, "F_c": 0.73, "F_s": 0.73, "v_s": 0.3}

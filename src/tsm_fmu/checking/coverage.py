@@ -10,6 +10,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.signal import find_peaks, periodogram
 
 from ..effects.coordinates import ANGLE
+from ..kernels.arrays import FloatArray
 from ..logs.differentiate import differentiate
 from ..logs.quantisation import quantisation_step
 from ..logs.record import Record
@@ -32,7 +33,6 @@ __all__ = [
     "with_travel",
 ]  # fmt: skip
 
-FloatArray = NDArray[np.float64]
 Derivatives = tuple[FloatArray, FloatArray, float | None]
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from ..kernels.arrays import FloatArray
 from ..logs.quantisation import quantisation_step
 from ..logs.record import Record
 from .criteria import (
@@ -32,8 +33,6 @@ from .criteria import (
 from .finding import Finding, finding, rows_text, shown
 
 __all__ = ["Event", "check_events", "events"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

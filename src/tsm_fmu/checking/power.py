@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..kernels.arrays import FloatArray
 from ..logs.record import Record
 from .criteria import OPPOSITE_EFFORTS, OPPOSITE_POSITIONS, POWER_SHARE
 from .finding import Finding, finding
 
 __all__ = ["Power", "check_power"]
 
-FloatArray = NDArray[np.float64]
 _MOTIONS = {"N.m": "rad", "N": "m"}
 
 

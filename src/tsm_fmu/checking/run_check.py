@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.arrays import FloatArray
 from ..logs.quantisation import quantisation_step
 from ..logs.record import Record
 from .clock import Clock, check_clock
@@ -26,8 +27,6 @@ from .power import Power, check_power
 from .sensor import check_clipping, check_quantisation, check_stuck
 
 __all__ = ["Channel", "RunCheck", "check_record"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.arrays import FloatArray
 from ..logs.record import Record
 from .criteria import (
     COARSE_STEPS,
@@ -22,8 +23,6 @@ from .criteria import (
 from .finding import Finding, finding, rows_text, shown
 
 __all__ = ["check_clipping", "check_quantisation", "check_stuck"]
-
-FloatArray = NDArray[np.float64]
 
 
 def check_quantisation(record: Record, name: str, step: float) -> list[Finding]:

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..kernels.arrays import FloatArray
 from ..logs import agreement as scores
 from ..logs.record import Record, cutoff_note, kernel_inputs
 from ..logs.units import unit_to_si
@@ -26,8 +26,6 @@ from .recorder import Recorder, left_out, select
 from .system import Component, System, Value, check_system
 from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 from .unpack import unpacked
-
-FloatArray = NDArray[np.float64]
 
 
 def replay(

@@ -8,13 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from numpy import float64
-from numpy.typing import NDArray
-
 from ..effects import id_of
+from ..kernels.arrays import FloatArray
 from ..logs.record import Record
-
-FloatArray = NDArray[float64]
 
 
 @dataclass(frozen=True)

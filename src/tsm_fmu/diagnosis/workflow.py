@@ -32,7 +32,7 @@ from .runs.beginning import beginning_note
 from .runs.gate import gate
 from .runs.motion_signals import coordinate_units
 from .runs.prepared import PreparedRuns, prepared
-from .runs.thinning import motion_channel, thinned_for_search
+from .runs.thinning import thinned_for_search
 
 Progress = Callable[[str], None]
 
@@ -185,7 +185,7 @@ def _described(
         shapes=shapes, gap=gap, channels=runs.channels, given=given,
         refitted=refitted, final=final, changes=changes_of(before.given, verdict.final),
         model=card_of(verdict.final, used, preset, seed), next_motion=_next_motion(found, candidates), gate=checked,
-        runs=_comparisons(found, measured), compared_from=_compared_from(runs), motion=motion_channel(runs.model),
+        runs=_comparisons(found, measured), compared_from=_compared_from(runs), motion=runs.model.motion,
         motion_unit=coordinate_units(runs.model)[0],
         notes=(*bounds, *verdict.notes, *runs.notes, *beginning_note([*runs.measured, *runs.holdout])),
         records=records, preset=preset, seed=seed,
@@ -218,7 +218,7 @@ def _next_motion(found: Investigation, candidates: Sequence[Candidate]) -> NextM
 def _comparisons(found: Investigation, measured: Sequence[Record]) -> tuple[RunComparison, ...]:
     """Each measured run beside its simulations, with all its samples."""
     runs, names = found.runs.measured, [v.name for v in found.runs.model.inputs]
-    motion = motion_channel(found.runs.model)
+    motion = found.runs.model.motion
     residuals = {name: fitted.at(runs).residuals for name, fitted in found.stages.items()}
     per_run = per_run_values(found.verdict.final)
     return tuple(

@@ -20,7 +20,8 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from ..kernels.kernel import FloatArray, Kernel
+from ..kernels.arrays import FloatArray
+from ..kernels.kernel import Kernel
 from ..models.contract import InputError
 from .description import Interface, number_text
 from .stimuli import ROWS, STEP, stimuli

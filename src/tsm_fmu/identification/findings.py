@@ -7,9 +7,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..kernels.arrays import FloatArray
 from ..regression.coordinates import DECADES
 from ..regression.intervals import QUANTILE
-from ..regression.problem import FloatArray, Problem
+from ..regression.problem import Problem
 from ..regression.sensitivity import sensitivity_scales
 from ..regression.uncertainty import Uncertainty
 

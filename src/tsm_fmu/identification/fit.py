@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from lmfit import Parameters
 
+from ..kernels.arrays import FloatArray
 from ..kernels.kernel import Kernel
 from ..logs.agreement import Agreement, agreement
 from ..models.contract import InputError
@@ -17,7 +18,7 @@ from ..regression.descent import Descent
 from ..regression.held_out import SETTLING, settled
 from ..regression.intervals import Intervals, linear_intervals, profile_intervals
 from ..regression.multistart import MultiStart, drawn_inside
-from ..regression.problem import FitRun, FloatArray, Problem
+from ..regression.problem import FitRun, Problem
 from ..regression.residuals import ResidualTests, noise_floor, residual_tests
 from ..regression.search_space import SearchSpace
 from ..regression.solver import Report, SearchLog, Solution

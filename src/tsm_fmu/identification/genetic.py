@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import differential_evolution, minimize
 
+from ..kernels.arrays import FloatArray
 from ..regression.coordinates import Coordinates
 from ..regression.linearity import linear_parameters
-from ..regression.problem import FloatArray, Problem
+from ..regression.problem import Problem
 from ..regression.projection import Eliminated, Projection
 from ..regression.seeds import SPREAD, dimensional_scales
 from ..regression.sensitivity import sensitivity_scales

@@ -9,10 +9,11 @@ import numpy as np
 import plotly.graph_objects as go
 
 from .. import __version__
+from ..kernels.arrays import FloatArray
 from ..logs.record import Record
 from ..logs.units import unit_to_si
 from ..models.contract import Variable
-from ..regression.problem import FitRun, FloatArray
+from ..regression.problem import FitRun
 from ..report import Line, Section, Table, loop_figure, time_figure, write_report
 from .fit import SETTLING, Fit
 from .result import run_outputs

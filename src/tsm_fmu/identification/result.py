@@ -8,9 +8,10 @@ from dataclasses import asdict
 from typing import Any
 
 from ..card import CardParameter, ModelCard, Provenance, RecordUsed, utc_now
+from ..kernels.arrays import FloatArray
 from ..logs.agreement import Agreement
 from ..logs.record import Record
-from ..regression.problem import FitRun, FloatArray
+from ..regression.problem import FitRun
 from .fit import Fit
 
 

@@ -11,7 +11,7 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..models import MODELS
 from ..models.contract import (
@@ -28,10 +28,8 @@ from ..models.contract import (
     sizes,
     variables,
 )
+from .arrays import FloatArray
 from .compiled_cache import kept, own, written
-
-FloatArray = NDArray[np.float64]
-
 
 INLINED = 10_000
 """Bytes of code of a ``start`` or ``step``, with all it calls, up to which it is inlined: to pass a state of many

@@ -13,14 +13,13 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..kernels.arrays import FloatArray
 from ..models.contract import InputError
 from .quantisation import quantisation_step
 
 __all__ = ["Derivative", "default_cutoff", "differentiate", "sample_period"]
 
-FloatArray = NDArray[np.float64]
 _ORDER = 4
 _SHORTEST = 7
 _LONGEST = 2001  # beyond it the polynomial fit loses digits

@@ -10,8 +10,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..kernels.arrays import FloatArray
 from ..kernels.kernel import Kernel
 from ..models.contract import InputError, Variable
 from .differentiate import differentiate
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = ["KernelInputs", "Record", "cutoff_note", "kernel_inputs", "read_record", "write_record"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..kernels.arrays import FloatArray
 from ..models.contract import InputError
 
 __all__ = ["check_fitted", "check_order", "check_samples", "check_size", "window_note", "window_of"]
 
-FloatArray = NDArray[np.float64]
 LARGEST = 1e100
 """Largest size of a sample [SI]: no sensor gives more, and mean squares stay finite."""
 SMALLEST = 1e-100

@@ -5,15 +5,14 @@ from __future__ import annotations
 import re
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..kernels.arrays import FloatArray
 from ..models.contract import InputError
 from .table import Column
 from .units import read_unit, same_quantity
 
 __all__ = ["find_time", "seconds"]
 
-FloatArray = NDArray[np.float64]
 _NAMES = ("time", "t", "timestamp")
 _EPOCH = 1e8
 """Beyond [s] a time is a date (1973 and later in seconds since 1970), not a time since the start of a run."""

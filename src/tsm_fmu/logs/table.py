@@ -22,8 +22,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pacsv
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 
+from ..kernels.arrays import FloatArray
 from ..models.contract import InputError
 from .formats import READERS
 from .header import name_and_unit
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
 __all__ = ["FIRST_ROW", "Column", "Table", "frame_table", "read_table", "stem_of", "write_table"]
 
-FloatArray = NDArray[np.float64]
 FIRST_ROW = 2
 _READ = ".csv, .csv.gz, .parquet, .txt, " + ", ".join(READERS)
 

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .problem import FloatArray, Problem
+from ..kernels.arrays import FloatArray
+from .problem import Problem
 
 DECADES = 6.0
 """A logarithmic coordinate may leave its start by this much; there it counts as on a bound."""

@@ -15,8 +15,9 @@ import numpy as np
 from scipy.linalg import qr
 from scipy.optimize import least_squares
 
+from ..kernels.arrays import FloatArray
 from .coordinates import Coordinates
-from .problem import FloatArray, Problem
+from .problem import Problem
 from .projection import Eliminated, Projected, Projection
 from .sensitivity import Perturbation, finite_differences, sensitivity_scales
 from .solver import SearchLog, Solution

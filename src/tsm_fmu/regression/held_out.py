@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..kernels.arrays import BoolArray, FloatArray
 from ..models.contract import InputError
 from .descent import Descent
-from .problem import BoolArray, FitRun, FloatArray, Problem
+from .problem import FitRun, Problem
 
 SETTLING = 2.0
 """Seconds of a held-out run that give its per-run parameters (initial state, offset) and are not scored."""

@@ -20,7 +20,8 @@ from collections.abc import Callable, Mapping
 from lmfit import Parameters
 from scipy.optimize import root_scalar
 
-from .problem import FloatArray, Problem
+from ..kernels.arrays import FloatArray
+from .problem import Problem
 from .solver import SearchLog, Solution, Solver
 from .uncertainty import Uncertainty
 

@@ -11,7 +11,8 @@ from itertools import combinations
 
 import numpy as np
 
-from .problem import FloatArray, Problem
+from ..kernels.arrays import FloatArray
+from .problem import Problem
 from .thinning import thinned
 
 PROBE_ROWS = 4000

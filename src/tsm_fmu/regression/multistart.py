@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..kernels.arrays import FloatArray
 from .coordinates import Coordinates
 from .descent import Descent, Objective
 from .linearity import linear_parameters
-from .problem import FitRun, FloatArray, Problem
+from .problem import FitRun, Problem
 from .projection import Eliminated, Projection
 from .seeds import starts
 from .sensitivity import sensitivity_scales

@@ -15,13 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.arrays import FloatArray
 from ..kernels.kernel import Kernel, compiled_run
 from ..models.contract import Condition, Variable, packed
 from .search_space import SearchSpace
 from .threads import spread
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 MAX_ROWS = 40_000
 """Rows of the optimiser's residual; longer data are averaged over blocks (every sample is still simulated)."""

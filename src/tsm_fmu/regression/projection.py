@@ -17,7 +17,8 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from .problem import BoolArray, FloatArray, Problem
+from ..kernels.arrays import BoolArray, FloatArray
+from .problem import Problem
 
 RANK = 1e-8
 """Singular values below this part of the largest count as zero."""

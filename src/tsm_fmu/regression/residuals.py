@@ -9,7 +9,8 @@ import numpy as np
 from statsmodels.stats.diagnostic import acorr_ljungbox
 from statsmodels.stats.stattools import durbin_watson, jarque_bera
 
-from .problem import FitRun, FloatArray
+from ..kernels.arrays import FloatArray
+from .problem import FitRun
 from .uncertainty import autocorrelation_time
 
 TESTED_ROWS = 4000

@@ -11,9 +11,10 @@ import math
 import numpy as np
 from scipy.stats import qmc
 
+from ..kernels.arrays import FloatArray
 from ..logs.units import unit_to_si
 from .coordinates import Coordinates
-from .problem import FloatArray, Problem
+from .problem import Problem
 
 SPREAD = math.log(30.0)
 """Draws lie within this factor (in the logarithm) of a physical scale or of the preset."""

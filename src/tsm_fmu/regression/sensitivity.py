@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .problem import FloatArray, Problem
+from ..kernels.arrays import FloatArray
+from .problem import Problem
 
 Simulate = Callable[[Sequence[tuple[int, FloatArray]]], list[FloatArray]]
 """Samples of several (run, row of values), such as `Problem.residuals`."""

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from .problem import FloatArray, Problem
+from ..kernels.arrays import FloatArray
+from .problem import Problem
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .problem import BoolArray, FloatArray, Problem
+from ..kernels.arrays import BoolArray, FloatArray
+from .problem import Problem
 from .sensitivity import residual_jacobian, row_edges, sensitivity_scales
 
 BANDWIDTH = 5.0

@@ -7,14 +7,13 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..cosim.ssp import Case
 from ..cosim.system import Component, Connection, Experiment, System, Value
+from ..kernels.arrays import FloatArray
 from ..kernels.kernel import kernel
 from .loops import FMUS
 
-FloatArray = NDArray[np.float64]
 SECOND = 0.25 * math.sqrt(3.0)
 """Second frequency of the non-periodic motions of MMT 2015 and MSSP 2015 [Hz]."""
 

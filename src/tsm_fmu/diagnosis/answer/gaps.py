@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...regression.problem import FitRun, FloatArray
+from ...kernels.arrays import FloatArray
+from ...regression.problem import FitRun
 from ..choice.floors import Floors
 from ..criteria import GAP_FLOOR_SHARE
 from ..evidence import Gap

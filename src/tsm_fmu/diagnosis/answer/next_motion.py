@@ -9,13 +9,12 @@ import numpy as np
 from scipy.signal import chirp, sawtooth
 
 from ...effects.coordinates import ANGLE
+from ...kernels.arrays import FloatArray
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
-from ...regression.problem import FloatArray
 from ..evidence import NextMotion
 from ..fits.refit import Fitted
 from ..fits.response import places_of
-from ..runs.thinning import motion_channel
 
 STEP = 0.005
 LENGTH = 20.0
@@ -71,7 +70,7 @@ def menu(fitted: Fitted) -> list[tuple[str, FloatArray, FloatArray]]:
         "two sines": 0.7 * np.sin(2 * np.pi * 0.4 * top * t) + 0.3 * np.sin(2 * np.pi * 1.33 * top * t),
     }
     model = kernel(problem.kernel.name)
-    motion, load = motion_channel(model), model.roles.load
+    motion, load = model.motion, model.roles.load
     names = [v.name for v in problem.kernel.inputs]
     beside = {word: names.index(n) for word, n in (("load", load), ("sheath angle", ANGLE)) if n in names}
     found = []

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...kernels.arrays import BoolArray, FloatArray
 from ...kernels.kernel import kernel
-from ...regression.problem import BoolArray, FloatArray
 from ...regression.residuals import noise_floor
 from ..criteria import (
     EFFECT_SPREAD_SHARE,

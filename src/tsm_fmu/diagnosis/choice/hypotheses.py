@@ -8,9 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
+from ...kernels.arrays import FloatArray
 from ...models.contract import InputError
 from ...regression.held_out import SETTLING
-from ...regression.problem import FitRun, FloatArray
+from ...regression.problem import FitRun
 from ...regression.thinning import thinned
 from ...regression.threads import together
 from ..criteria import LEFT_OUT_PARTS, PLACES_OF_AN_EFFECT, PROBED_CANDIDATES, REFITTED_CANDIDATES, RIVAL_COST_RATIO

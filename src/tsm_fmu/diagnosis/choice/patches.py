@@ -12,7 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...regression.problem import BoolArray, FitRun, FloatArray
+from ...kernels.arrays import BoolArray, FloatArray
+from ...regression.problem import FitRun
 from ..criteria import EFFECT_SPREAD_SHARE, FURTHER_RATIO, STRONGEST_RATIO
 from ..fits.nuisance import refit_without
 from .hypotheses import Hypothesis, hypothesis

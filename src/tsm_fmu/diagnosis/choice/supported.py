@@ -18,7 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...effects import looks_like
-from ...regression.problem import BoolArray, FitRun, FloatArray
+from ...kernels.arrays import BoolArray, FloatArray
+from ...regression.problem import FitRun
 from ...regression.threads import together
 from ..criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,

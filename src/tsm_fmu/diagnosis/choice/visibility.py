@@ -15,9 +15,10 @@ import numpy as np
 from scipy.signal import chirp
 
 from ...effects.coordinates import ANGLE
+from ...kernels.arrays import FloatArray
 from ...kernels.chain_source import Attached
 from ...kernels.kernel import kernel
-from ...regression.problem import FitRun, FloatArray
+from ...regression.problem import FitRun
 from ...regression.thinning import thinned
 from ...regression.threads import together
 from ..criteria import (
@@ -31,7 +32,6 @@ from ..criteria import (
 from ..fits.refit import Fitted, rms
 from ..fits.response import Responses
 from ..fits.screening import least_stroke
-from ..runs.thinning import motion_channel
 from .hypotheses import Hypothesis
 
 STEP, LENGTH = 0.01, 16.0
@@ -148,7 +148,7 @@ def _inputs(fitted: Fitted, t: FloatArray, shape: FloatArray, travel: float) -> 
     names = [v.name for v in problem.kernel.inputs]
     every = np.concatenate([r.inputs for r in problem.runs])
     inputs = np.tile(every.mean(axis=0), (t.size, 1))
-    motion, load = motion_channel(model), model.roles.load
+    motion, load = model.motion, model.roles.load
     if motion == "v":
         reach = max(
             _reach([np.cumsum(r.inputs[:, names.index("v")] * np.gradient(r.time)) for r in problem.runs]), travel

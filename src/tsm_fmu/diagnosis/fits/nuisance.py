@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from ...effects import EFFECTS, effect_of, looks_like, sizes_as, sizes_of
+from ...kernels.arrays import BoolArray, FloatArray
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
-from ...regression.problem import BoolArray, FloatArray
 from ..criteria import LAW_FORM_SHARE, NEARLY_ALL_SHARE, NUISANCE_SPREAD_SHARE, SHAPE_SPREAD_SHARE
 from .refit import STEPS, Fitted, Task, refit
 from .response import public

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...effects import EFFECTS
+from ...kernels.arrays import FloatArray
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ...logs.quantisation import quantisation_step
-from ...regression.problem import FitRun, FloatArray, Problem
+from ...regression.problem import FitRun, Problem
 from ...regression.specification import search_space
 from ..criteria import EFFECT_SPREAD_SHARE, LEVEL_STEP_SHARE
 from .refit import Fitted

@@ -8,12 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
+from ...kernels.arrays import FloatArray
 from ...kernels.chain import attach, chain
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError, flat
 from ...regression.descent import Descent
 from ...regression.held_out import held_out_errors
-from ...regression.problem import FitRun, FloatArray, Problem
+from ...regression.problem import FitRun, Problem
 from ...regression.sensitivity import sensitivity_scales
 from ...regression.specification import per_run_fields, search_space
 from ...regression.uncertainty import autocorrelation_time

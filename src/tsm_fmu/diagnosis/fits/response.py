@@ -13,10 +13,10 @@ from scipy.stats import qmc
 from ...effects import shapes_of, sizes_of
 from ...effects.about import Scale, Shape
 from ...effects.coordinates import ANGLE
+from ...kernels.arrays import FloatArray
 from ...kernels.chain_source import Attached
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError
-from ...regression.problem import FloatArray
 from ...regression.sensitivity import output_jacobian
 from ..criteria import SHAPE_RANGE_RATIO
 from ..runs.motion_signals import Coordinates, coordinates_of

@@ -17,11 +17,11 @@ from scipy.optimize import nnls
 
 from ...effects import EFFECTS, sizes_of
 from ...effects.coordinates import ANGLE
+from ...kernels.arrays import BoolArray, FloatArray
 from ...kernels.chain import attach
 from ...kernels.chain_source import Attached
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError
-from ...regression.problem import BoolArray, FloatArray
 from ...regression.thinning import thinned
 from ...regression.threads import together
 from ..criteria import IMITATED_SHARE

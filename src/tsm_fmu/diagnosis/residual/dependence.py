@@ -6,15 +6,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...regression.problem import FloatArray
+from ...kernels.arrays import FloatArray, IntArray
 from ...regression.uncertainty import autocorrelation_time
 from ..evidence import Dependence
 from ..runs.motion_signals import Coordinates
 from .locate import axes_of, bins
 
-IntArray = NDArray[np.int_]
 BINS = 14
 RESAMPLES = 400
 LEVEL = 0.9

@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...kernels.arrays import FloatArray, IntArray
 from ...logs.display import Display, display
-from ...regression.problem import FloatArray
 from ..criteria import FORMULA_P, FORMULA_SHARE, FORMULA_TERMS
 from ..evidence import Formula, Place, ResidualShape
 from ..runs.motion_signals import Coordinates
@@ -21,7 +20,6 @@ from .library import folds, library
 from .sparse import Sums, chosen, fitted, predicted_shares, share_of, smallest, sums
 from .surrogates import surrogates, tail
 
-IntArray = NDArray[np.int_]
 LEADING = 2
 """Coordinates shown for a channel."""
 ROWS = 4000

@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal.windows import hann
 
-from ...regression.problem import FitRun, FloatArray
+from ...kernels.arrays import FloatArray
+from ...regression.problem import FitRun
 from ...regression.residuals import period_of
 from ..criteria import HARMONIC_PERIODS
 from ..runs.motion_signals import Coordinates

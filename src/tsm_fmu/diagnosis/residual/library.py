@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from ...kernels.arrays import FloatArray
 from ...logs.display import display
-from ...regression.problem import FloatArray
 from ..runs.motion_signals import Coordinates
 
 LEGEND = (

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from ...regression.problem import FloatArray
+from ...kernels.arrays import FloatArray
 from ..criteria import FALSE_DISCOVERY_RATE
 from ..evidence import Place
 from ..runs.motion_signals import Coordinates

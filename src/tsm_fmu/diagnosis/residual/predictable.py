@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...regression.problem import FloatArray
+from ...kernels.arrays import FloatArray
 from ..runs.motion_signals import Coordinates
 from .library import folds, library
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ...regression.problem import FloatArray
+from ...kernels.arrays import FloatArray
 from ..criteria import FORMULA_TERM_SHARE, FORMULA_TERMS
 
 RIDGE = 1e-8

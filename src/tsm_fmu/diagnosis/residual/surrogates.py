@@ -16,7 +16,7 @@ from scipy.fft import dct
 from scipy.ndimage import median_filter
 from scipy.stats import chi2, gamma
 
-from ...regression.problem import FloatArray
+from ...kernels.arrays import FloatArray
 
 HALF_WIDTH = 12
 """Bins of the periodogram on each side that the running median looks at."""

@@ -15,7 +15,6 @@ from ...kernels.kernel import Kernel, kernel
 from ...regression.problem import FitRun
 from ..criteria import FORGOTTEN_STROKE_SHARE, LEFT_OUT_SHARE
 from .motion_signals import position_of
-from .thinning import motion_channel
 
 
 def compared_after_start(model: Kernel, run: FitRun, channels: Sequence[str]) -> FitRun:
@@ -28,7 +27,7 @@ def compared_after_start(model: Kernel, run: FitRun, channels: Sequence[str]) ->
     channels : sequence of str
         Measured ones.
     """
-    if not motion_channel(model) or not friction_channels(model) & set(channels):
+    if not model.motion or not friction_channels(model) & set(channels):
         return run
     x = position_of(model, run.time, run.inputs)
     low, high = np.quantile(x, [0.05, 0.95])

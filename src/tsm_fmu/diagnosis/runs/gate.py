@@ -11,7 +11,6 @@ from ...kernels.kernel import Kernel
 from ...logs.record import Record
 from ..criteria import CLIPPED_SHARE, FEWEST_SAMPLES, LIMIT_TO_LEVEL_RATIO, STUCK_RUN_SHARE
 from ..evidence import Gate
-from .thinning import motion_channel
 
 
 def gate(records: Sequence[Record], model: Kernel, channels: Sequence[str]) -> Gate:
@@ -25,7 +24,7 @@ def gate(records: Sequence[Record], model: Kernel, channels: Sequence[str]) -> G
         Outputs that are compared.
     """
     notes, refused = [], []
-    motion = motion_channel(model)
+    motion = model.motion
     moving = False
     for record in records:
         checked = check_record(record)

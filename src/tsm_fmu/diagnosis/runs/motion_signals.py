@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...effects import coordinates
+from ...kernels.arrays import FloatArray
 from ...kernels.kernel import Kernel
-from ...regression.problem import FitRun, FloatArray
+from ...regression.problem import FitRun
 from ..criteria import REST_SPEED_SHARE
-from .thinning import motion_channel
 
 MOTION = Kernel(coordinates)
 
@@ -62,7 +62,7 @@ def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: 
         Presliding distance of z; default 2 % of the largest stroke.
     """
     names = [v.name for v in kernel.inputs]
-    channel = motion_channel(kernel)
+    channel = kernel.motion
     time, inputs = run.played
     x = position_of(kernel, time, inputs)
     span = float(np.ptp(x)) or 1.0
@@ -83,7 +83,7 @@ def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: 
 
 def position_of(kernel: Kernel, time: FloatArray, inputs: FloatArray) -> FloatArray:
     """Position of the input motion, the travel where the input is a speed; zero for a model without motion."""
-    channel = motion_channel(kernel)
+    channel = kernel.motion
     if not channel:
         return np.zeros(time.size)
     motion = inputs[:, [v.name for v in kernel.inputs].index(channel)]
@@ -93,7 +93,7 @@ def position_of(kernel: Kernel, time: FloatArray, inputs: FloatArray) -> FloatAr
 def coordinate_units(kernel: Kernel) -> tuple[str, str]:
     """SI units of the motion and of the load of a model, ``1`` where it has none."""
     units = {v.name: v.quantity.unit for v in (*kernel.inputs, *kernel.outputs)}
-    motion = units.get(motion_channel(kernel), "1").removesuffix("/s")
+    motion = units.get(kernel.motion, "1").removesuffix("/s")
     return motion, units.get(kernel.roles.load, "1")
 
 

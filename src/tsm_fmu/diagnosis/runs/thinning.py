@@ -12,11 +12,4 @@ from ..criteria import KEPT_RUN_SAMPLES, SEARCH_SAMPLES, SPEED_INPUT_SEARCH_SAMP
 
 def thinned_for_search(model: Kernel, runs: Sequence[FitRun]) -> list[FitRun]:
     """Runs as the search works on them."""
-    return thinned(
-        model, runs, SPEED_INPUT_SEARCH_SAMPLES if motion_channel(model) == "v" else SEARCH_SAMPLES, KEPT_RUN_SAMPLES
-    )
-
-
-def motion_channel(model: Kernel) -> str:
-    """Name of the position or speed input; a chain moves as its model does."""
-    return model.motion
+    return thinned(model, runs, SPEED_INPUT_SEARCH_SAMPLES if model.motion == "v" else SEARCH_SAMPLES, KEPT_RUN_SAMPLES)

@@ -15,15 +15,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...cosim.ssp import Case
 from ...cosim.system import Component, Connection, System, Value
 from ...cosim.trajectory import Trajectory
+from ...kernels.arrays import FloatArray
 from ...scenarios import lebus_drive
 from ..loops import FMUS, co_simulate
 
-FloatArray = NDArray[np.float64]
 RADIUS, STEP = lebus_drive.RADIUS, lebus_drive.STEP
 RECORD = (*lebus_drive.RECORD, "winding.F_w", "stepper.theta")
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...kernels.arrays import FloatArray
 from ...kernels.kernel import kernel
-from ..motions import FloatArray
 
 
 def rows_of_eq4(alpha_deg: float, P_s: float, alpha_s_deg: float, L_d0: float) -> list[float]:

@@ -10,6 +10,7 @@ import plotly.graph_objects as go
 
 from ...cosim.system import Experiment
 from ...cosim.trajectory import Trajectory
+from ...kernels.arrays import FloatArray
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
 from ...report import Line
@@ -17,7 +18,7 @@ from ...scenarios.papers import MMT_FIG_4
 from ..claims import Claim, Method, Open, open_claim, statement_claim
 from ..draw import half_width, plot
 from ..loops import co_simulate
-from ..motions import FloatArray, driven
+from ..motions import driven
 from ..result import PaperResult
 from ..shapes import shape_figures, sliding_claim
 from ..verdict import Condition, Kind, Span, Verdict

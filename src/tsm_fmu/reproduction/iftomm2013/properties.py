@@ -10,9 +10,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from ...cosim.trajectory import Trajectory
+from ...kernels.arrays import FloatArray
 from ...kernels.kernel import kernel
 from ..claims import Claim, Method, Open, statement_claim
-from ..motions import FloatArray
 from ..verdict import Condition, Kind, Verdict
 
 MODEL = "SingleTsmBoucWen"

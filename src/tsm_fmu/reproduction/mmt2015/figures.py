@@ -8,12 +8,12 @@ import numpy as np
 import plotly.graph_objects as go
 
 from ...cosim.trajectory import Trajectory
+from ...kernels.arrays import FloatArray
 from ...models.laws.friction_branches import pull_level
 from ...report import Line
 from ...scenarios.papers import MMT_FIG_4
 from ...scenarios.single_tsm_force import R
 from ..draw import half_width, plot
-from ..motions import FloatArray
 from .forces import plant
 from .printed import ERROR
 from .readings import PRESETS

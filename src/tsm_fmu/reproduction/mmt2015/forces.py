@@ -6,19 +6,18 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import butter, filtfilt
 
 from ...cosim.ssp import Case
 from ...cosim.system import Component, Connection, Experiment, System
 from ...cosim.trajectory import Trajectory
+from ...kernels.arrays import FloatArray
 from ...kernels.kernel import kernel
 from ...scenarios import single_tsm_force
 from ..loops import FMUS, co_simulate
 from ..motions import SECOND, signal
 from .readings import EQUATIONS, MODEL, PRESETS
 
-FloatArray = NDArray[np.float64]
 PERIODIC = ((1.0, 0.2),)
 NON_PERIODIC = ((0.5, 0.2), (0.6, SECOND))
 """[rad, Hz], Section 5."""

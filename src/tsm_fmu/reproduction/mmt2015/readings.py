@@ -9,10 +9,11 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
+from ...kernels.arrays import FloatArray
 from ...kernels.kernel import kernel
 from ...models.laws.friction_branches import pull_level, release_level
 from ...models.single_tsm_lugre import deflection_ratio_after
-from ..motions import FloatArray, Motion, friction
+from ..motions import Motion, friction
 
 MODEL = "SingleTsmLuGre"
 PRESETS = {"printed": "published", "swapped": "swapped"}

@@ -21,19 +21,18 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import differential_evolution, minimize
 from scipy.signal import lfilter
 
 from ...cosim.ssp import Case
 from ...cosim.system import Experiment, System
+from ...kernels.arrays import FloatArray
 from ...kernels.kernel import kernel
 from ...scenarios import mssp_feedforward
 from ...scenarios.pid_design import design_pid
 from ..loops import FMUS, co_simulate, side_by_side
 from .printed import MOTIONS, TRACKED
 
-FloatArray = NDArray[np.float64]
 GEAR = 134.0
 """Of the same motor in ICINCO 2013; MSSP 2015 prints none."""
 COUNT = math.radians(360.0 / (4.0 * 3600.0))
