@@ -22,7 +22,7 @@ from ..verdict import Condition, Kind, Verdict
 from .printed import ERROR
 
 MODEL = "SingleTsmBoucWen"
-ROWS_S = 4e-3
+ROWS_S = 1e-2
 NOISE_N = ERROR.span.middle / 6.0
 """Normal noise whose +-3 sigma is the reported error."""
 FIXED = ("zeta_0",)
