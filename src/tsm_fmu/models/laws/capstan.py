@@ -141,6 +141,9 @@ def cut_work(sheath: Sheath, profile: Profile, way: float, side: float, level: f
 
     Parameters
     ----------
+    sheath : Sheath
+    profile : Profile
+        Tension before.
     way : float
         +1: the tendon slides towards the driver, -1: towards the follower.
     side : float
