@@ -39,7 +39,9 @@ def _named(doc: str, section: str) -> list[str]:
 
 
 WITH_PARAMETERS = {n: t for n, t in _documented() if "Parameters\n----" in (inspect.getdoc(t) or "")}
-WITH_ATTRIBUTES = {n: t for n, t in _documented() if inspect.isclass(t) and "Attributes\n----" in inspect.cleandoc(t.__doc__ or "")}
+WITH_ATTRIBUTES = {
+    n: t for n, t in _documented() if inspect.isclass(t) and "Attributes\n----" in inspect.cleandoc(t.__doc__ or "")
+}
 
 
 @pytest.mark.parametrize("name", WITH_PARAMETERS)

@@ -43,6 +43,8 @@ class FitRun:
         Measured values of the fitted outputs, SI.
     lead_time, lead_inputs : ndarray, shape (m,) and (m, number of kernel inputs)
         What was before: simulated, but not compared.
+    derived : tuple of str
+        One sentence for each input that the record does not hold itself.
     """
 
     name: str
@@ -51,6 +53,7 @@ class FitRun:
     targets: FloatArray
     lead_time: FloatArray = field(default_factory=lambda: np.empty(0))
     lead_inputs: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    derived: tuple[str, ...] = ()
 
     @cached_property
     def played(self) -> tuple[FloatArray, FloatArray]:
@@ -63,7 +66,7 @@ class FitRun:
         """The same with the samples before ``first`` as what was before."""
         lead, rest = slice(None, first), slice(first, None)
         time, inputs, targets = (np.ascontiguousarray(a[rest]) for a in (self.time, self.inputs, self.targets))
-        return FitRun(self.name, time, inputs, targets, self.time[lead], self.inputs[lead])
+        return FitRun(self.name, time, inputs, targets, self.time[lead], self.inputs[lead], self.derived)
 
     def every(self, step: int) -> FitRun:
         """The same at every so-many-th sample."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..card import ModelCard
 from ..kernels.kernel import Kernel
-from ..logs.record import Record
+from ..logs.record import Record, kernel_inputs
 from ..logs.samples import check_fitted
 from ..models.contract import InputError, flat, with_unit
 from .problem import FitRun
@@ -118,5 +118,6 @@ def fit_run(model: Kernel, record: Record, channels: Sequence[str], cutoff: floa
     measured = {name: record.require(name, units[name]) for name in channels}
     check_fitted(str(record.source or record.name), measured)
     targets = np.column_stack(list(measured.values()))
-    inputs = np.ascontiguousarray(record.inputs_for(model, cutoff))
-    return FitRun(record.name, np.ascontiguousarray(record.time), inputs, np.ascontiguousarray(targets))
+    found = kernel_inputs(record, model, cutoff)
+    time, inputs, targets = (np.ascontiguousarray(a) for a in (record.time, found.values, targets))
+    return FitRun(record.name, time, inputs, targets, derived=found.notes)

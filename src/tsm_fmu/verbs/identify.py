@@ -14,7 +14,7 @@ from ..identification.nuisance import with_limited_delays, with_nuisance
 from ..identification.result import as_json, model_card, run_outputs
 from ..logs.agreement import Agreement
 from ..logs.display import display
-from ..logs.record import Record, cutoff_note, kernel_inputs
+from ..logs.record import Record, cutoff_note
 from ..models.contract import Variable
 from ..regression.problem import FitRun
 from ..regression.solver import Report
@@ -229,7 +229,7 @@ def identify(
         progress=progress,
     )
     inputs = [v.name for v in kernel.inputs]
-    derived = dict.fromkeys(note for record in records for note in kernel_inputs(record, kernel, cutoff).notes)
+    derived = dict.fromkeys(note for run in fit_runs for note in run.derived)
     return IdentifyResult(
         found,
         model_card(found, chosen.preset, measured, held_out, extended.effects),
