@@ -10,12 +10,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from tsm_fmu.kernels.arrays import FloatArray
-
 from .catalogue import NEEDS, Case
 from .hidden import FORMS, rms
 from .instruments import coloured, sampling, stepped
-from .motions import Motion, motion
+from .motions import FloatArray, Motion, motion
 from .outside import OUTSIDE
 from .plants import RUNS, Change, Rig, Signals, channels, draw_rig, signals
 

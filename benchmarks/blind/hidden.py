@@ -10,8 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tsm_fmu.kernels.arrays import FloatArray
-
+from .motions import FloatArray
 from .operators import even_slip, hold_time, lag, play, two_temperatures
 from .plants import Change, Signals
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from tsm_fmu.kernels.arrays import FloatArray
+from .motions import FloatArray
 
 
 @dataclass(frozen=True)

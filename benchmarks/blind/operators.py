@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from scipy.special import gammaincinv
 
-from tsm_fmu.kernels.arrays import FloatArray
+from .motions import FloatArray
 
 ELEMENTS = 32
 

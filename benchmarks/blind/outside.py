@@ -6,9 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tsm_fmu.kernels.arrays import FloatArray
-
 from .hidden import rms
+from .motions import FloatArray
 from .operators import lag, resonance
 from .plants import Change, Signals
 

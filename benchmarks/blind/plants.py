@@ -27,9 +27,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tsm_fmu.kernels.arrays import FloatArray
-
-from .motions import Motion
+from .motions import FloatArray, Motion
 from .operators import approach, maxwell_slip
 
 RUNS = 100
