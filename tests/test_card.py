@@ -39,6 +39,16 @@ def test_written_card_reads_back_equal(tmp_path: Path) -> None:
     assert read_card(written(tmp_path)) == CARD
 
 
+@pytest.mark.parametrize("unit", ["N.m.s/rad", "N.m/(rad/s)"])
+def test_a_unit_in_another_form_of_the_same_text_is_read(tmp_path: Path, unit: str) -> None:
+    values = {"viscous.f_v": CardParameter(0.0137, unit, 0.0021, 0.0, math.inf)}
+    card = read_card(written(tmp_path, ModelCard("TendonDrive", effects=("viscous",), parameters=values)))
+    assert card.kernel().named(card.params())["viscous.f_v"] == 0.0137
+    wrong = {"viscous.f_v": CardParameter(0.0137, "N.m/(s/rad)", 0.0021, 0.0, math.inf)}
+    with pytest.raises(InputError, match=r"unit = 'N\.m/\(s/rad\)' -- expected 'N\.m\.s/rad'"):
+        read_card(written(tmp_path, ModelCard("TendonDrive", effects=("viscous",), parameters=wrong)))
+
+
 def test_parameters_of_one_run_replace_the_shared_value(tmp_path: Path) -> None:
     card = read_card(written(tmp_path))
     assert card.params().x_0 == -1.2561

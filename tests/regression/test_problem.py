@@ -10,9 +10,10 @@ import pytest
 from tsm_fmu import InputError
 from tsm_fmu.kernels.chain import chain
 from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.record import Record, kernel_inputs
 from tsm_fmu.regression import problem as module
 from tsm_fmu.regression.problem import FitRun, Problem
-from tsm_fmu.regression.specification import search_space
+from tsm_fmu.regression.specification import fit_run, search_space
 
 MODEL = chain("TendonDrive", ("load_dependence", "delay@tau_in"))
 
@@ -113,3 +114,14 @@ def test_refused_is_what_the_model_says_of_each_row() -> None:
         assert refused is bool(said), (problem.fields[j], row[j], said)
         verdicts.append(refused)
     assert 0.2 < np.mean(verdicts) < 0.9
+
+
+def test_a_run_keeps_what_was_said_of_its_derived_inputs() -> None:
+    model, t = kernel("SingleTsmDahl"), 0.01 * np.arange(400)
+    x = 0.02 * np.sin(2.1 * t)
+    columns = {"x": x, "T_in": 3.0 + 0.0 * t, "T_load": 2.0 + 0.0 * t, "F": np.sign(np.cos(2.1 * t))}
+    record = Record("log", t, columns, {"x": "m", "T_in": "N", "T_load": "N", "F": "N"})
+    run = fit_run(model, record, ("F",), cutoff=7.0)
+    assert [note.partition(" by ")[0] for note in run.derived] == ["v derived from x", "a derived from x"]
+    assert np.array_equal(run.inputs, kernel_inputs(record, model, 7.0).values)
+    assert run.every(3).derived == run.compared_from(20).derived == run.derived
