@@ -111,7 +111,7 @@ def test_what_is_packed_is_written_for_the_lowest_python(module):
 
 def test_only_the_needed_files_are_packed(fmu):
     packed = {Path(n).name for n in files_of(fmu) if "/models/" in n}
-    assert packed == {"__init__.py", "contract.py", "coleman_hodgdon.py", "paired_tsm_backlash.py"}
+    assert packed == {"__init__.py", "contract.py", "roles.py", "coleman_hodgdon.py", "paired_tsm_backlash.py"}
 
 
 def test_licences_and_icon_are_inside(fmu):
