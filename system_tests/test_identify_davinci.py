@@ -126,7 +126,7 @@ def test_out_in_a_missing_folder_is_refused_before_the_fit(tmp_path: Path, capsy
     [
         (["none.toml", "--out", "X.fmu"], "card none.toml -- expected a readable file"),
         (["CARD", "--out", "X.zip"], "--out X.zip -- expected a name that ends in .fmu"),
-        (["CARD", "--out", "X.fmu", "--fmi", "3"], "--flavour python with --fmi 3"),
+        (["CARD", "--out", "X.fmu", "--fmi", "3", "--flavour", "python"], "--flavour python with --fmi 3"),
     ],
 )
 def test_export_wrong_use_is_one_line(
