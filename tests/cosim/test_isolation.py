@@ -51,10 +51,11 @@ def test_a_process_that_ends_is_named_with_the_rows_until_then_and_the_next_run_
 
 
 def test_a_call_that_does_not_return_is_ended_after_the_time_limit(in_c):
+    # the limit also holds for what comes before the first call, which takes its time on a busy machine
     begun = time.monotonic()
-    with Isolated(1.0) as process, pytest.raises(SimulationStopped, match=r"doStep at t = 0\.05 s did not return with"):
+    with Isolated(8.0) as process, pytest.raises(SimulationStopped, match=r"doStep at t = 0\.05 s did not return with"):
         process.simulate_system(moody(in_c, HANGS), 0.1, 0.01)
-    assert time.monotonic() - begun < 60.0
+    assert time.monotonic() - begun < 120.0
 
 
 def test_the_other_process_gives_the_same_numbers_messages_and_errors(in_c, foreign, there):
