@@ -97,7 +97,7 @@ class Descent:
                     gtol=self.gradient_tolerance,
                     max_nfev=self.most_steps,
                 ).x
-        except np.linalg.LinAlgError:
+        except (ValueError, np.linalg.LinAlgError):  # a slope that is not finite: the model overflows beside the point
             return q
 
 
