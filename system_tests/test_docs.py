@@ -10,6 +10,7 @@ import pytest
 
 from tsm_fmu.effects import EFFECTS
 from tsm_fmu.models import MODELS
+from tsm_fmu.models.contract import variables
 
 ROOT = Path(__file__).parents[1]
 BROWSER = shutil.which("chromium")
@@ -38,8 +39,8 @@ def test_every_model_and_effect_has_a_page_with_its_numbered_equations(site, fol
         numbers = re.findall(r"^ {4}\S.*\s{3,}(\([A-Z]?\d+[a-z]?\))$", module.__doc__, re.MULTILINE)
         for number in numbers:
             assert number in page, (module.NAME, number)
-        for name in (f.rstrip("_") for f in module.Params._fields):
-            assert re.search(rf">{name}<", page), (module.NAME, name)
+        for name in (v.name for v in variables(module.Params)):
+            assert re.search(rf">{re.escape(name)}<", page), (module.NAME, name)
 
 
 def test_nothing_comes_from_a_network(site):

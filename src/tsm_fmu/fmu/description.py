@@ -136,22 +136,24 @@ def decade(magnitude: float) -> float | None:
     return 10.0 ** round(math.log10(abs(magnitude))) if magnitude else None
 
 
+def about(fmu: Interface, flavour: Flavour) -> dict[str, str]:
+    """Attributes of a model description that FMI 2.0 and 3.0 share."""
+    return {
+        "description": f"{fmu.summary}. {flavour.needs}" if flavour.needs else fmu.summary,
+        "author": "tsm-fmu",
+        "version": __version__,
+        "copyright": "the tsm-fmu authors",
+        "license": "MIT",
+        "generationTool": f"tsm-fmu {__version__}" + (f" with {flavour.tool}" if flavour.tool else ""),
+        "generationDateAndTime": FIXED_DATE,
+        "variableNamingConvention": "structured",
+    }
+
+
 def model_description(fmu: Interface, guid: str, flavour: Flavour) -> Element:
     """Complete ``fmiModelDescription``."""
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=fmu.name,
-        guid=guid,
-        description=f"{fmu.summary}. {flavour.needs}" if flavour.needs else fmu.summary,
-        author="tsm-fmu",
-        version=__version__,
-        copyright="the tsm-fmu authors",
-        license="MIT",
-        generationTool=f"tsm-fmu {__version__}" + (f" with {flavour.tool}" if flavour.tool else ""),
-        generationDateAndTime=FIXED_DATE,
-        variableNamingConvention="structured",
-    )
+    root = Element("fmiModelDescription", {"fmiVersion": "2.0", "modelName": fmu.name, "guid": guid})
+    root.attrib.update(about(fmu, flavour))
     simulation = SubElement(root, "CoSimulation", {"modelIdentifier": fmu.name, **flavour.capabilities})
     if flavour.sources:
         files = SubElement(simulation, "SourceFiles")

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from xml.etree.ElementTree import Element, SubElement
 
-from .. import __version__
-from .description import FIXED_DATE, Flavour, Interface, add_units, choice_type, needed_inputs, number_text
+from .description import Flavour, Interface, about, add_units, choice_type, needed_inputs, number_text
 
 TERMINALS = {
     "drive": (
@@ -32,20 +31,8 @@ TERMINALS = {
 
 def model_description3(fmu: Interface, guid: str, flavour: Flavour) -> Element:
     """Complete ``fmiModelDescription`` of FMI 3.0."""
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="3.0",
-        modelName=fmu.name,
-        instantiationToken=guid,
-        description=f"{fmu.summary}. {flavour.needs}" if flavour.needs else fmu.summary,
-        author="tsm-fmu",
-        version=__version__,
-        copyright="the tsm-fmu authors",
-        license="MIT",
-        generationTool=f"tsm-fmu {__version__}" + (f" with {flavour.tool}" if flavour.tool else ""),
-        generationDateAndTime=FIXED_DATE,
-        variableNamingConvention="structured",
-    )
+    root = Element("fmiModelDescription", {"fmiVersion": "3.0", "modelName": fmu.name, "instantiationToken": guid})
+    root.attrib.update(about(fmu, flavour))
     names = {"canGetAndSetFMUstate": "canGetAndSetFMUState", "canSerializeFMUstate": "canSerializeFMUState"}
     names["providesDirectionalDerivative"] = "providesDirectionalDerivatives"
     known = {names.get(k, k): v for k, v in flavour.capabilities.items() if k != "canNotUseMemoryManagementFunctions"}
