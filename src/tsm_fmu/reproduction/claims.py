@@ -11,7 +11,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 from .printed import Printed
 from .verdict import (
@@ -102,21 +102,31 @@ Why = Mapping[Verdict, str]
 Items = str | tuple[str, ...]
 
 
+class About(TypedDict, total=False):
+    """What may be said of any row.
+
+    Attributes
+    ----------
+    kind, method : Kind, Method
+        What is compared with what, and how ours was computed.
+    assumed : tuple of Open
+        What the paper leaves open.
+    why : mapping of Verdict to str
+        Explanation by verdict, left out if the run comes to another.
+    """
+
+    kind: Kind
+    method: Method
+    assumed: tuple[Open, ...]
+    why: Why
+
+
 def number_claim(
-    key: str,
-    items: Items,
-    quantity: str,
-    print_: Printed,
-    ours: Span | float,
-    *,
-    kind: Kind = Kind.MEASUREMENT,
-    assumed: tuple[Open, ...] = (),
-    why: Why | None = None,
-    method: Method = Method.MODEL,
+    key: str, items: Items, quantity: str, print_: Printed, ours: Span | float, **about: Unpack[About]
 ) -> Claim:
     """A printed number, beside what the equations give over all that is open."""
-    span = ours if isinstance(ours, Span) else Span.of(ours)
-    verdict = judge_numbers(kind, [print_.span], [span], len(assumed))
+    span = _span(ours)
+    verdict = judge_numbers(about.get("kind", Kind.MEASUREMENT), [print_.span], [span], len(about.get("assumed", ())))
     gap = print_.span.distance(span)
     compared = (
         f"{span} misses {print_.text} by {number(gap)}{_unit(print_.unit)}"
@@ -124,21 +134,7 @@ def number_claim(
         else f"{span} {'is' if print_.span.holds(span) else 'reaches'} what is printed as {print_.text}"
     )
     numbers = {"printed": list(print_.span.ends), "ours": list(span.ends), "where": print_.where}
-    return Claim(
-        key,
-        _items(items),
-        quantity,
-        print_.unit,
-        print_.text,
-        str(span),
-        verdict,
-        _reason(compared, why, verdict),
-        kind,
-        method,
-        assumed,
-        _caller(),
-        numbers,
-    )
+    return _row(key, items, quantity, print_.unit, (print_.text, str(span)), (verdict, compared), numbers, about)
 
 
 def together_claim(
@@ -147,15 +143,12 @@ def together_claim(
     quantity: str,
     prints: Mapping[str, Printed],
     best: Mapping[str, float],
-    *,
-    kind: Kind = Kind.MEASUREMENT,
-    assumed: tuple[Open, ...] = (),
-    why: Why | None = None,
-    method: Method = Method.MODEL,
+    **about: Unpack[About],
 ) -> Claim:
     """Several printed numbers at once, beside what the best admissible set of values gives for all of them."""
-    names = list(prints)
-    verdict = judge_together(kind, [prints[n].span for n in names], [best[n] for n in names], len(assumed))
+    names, free = list(prints), len(about.get("assumed", ()))
+    spans, kind = [prints[n].span for n in names], about.get("kind", Kind.MEASUREMENT)
+    verdict = judge_together(kind, spans, [best[n] for n in names], free)
     units = {p.unit for p in prints.values()}
     missed = [n for n in names if not prints[n].span.holds(Span.of(best[n]))]
     compared = f"{len(names) - len(missed)} of {len(names)} numbers are met at once" + (
@@ -163,26 +156,17 @@ def together_claim(
         if missed
         else ""
     )
+    sides = (
+        "; ".join(f"{_words(n)} {prints[n].text}" for n in names),
+        "; ".join(f"{_words(n)} {number(best[n])}" for n in names),
+    )
     numbers = {
         "printed": {n: list(prints[n].span.ends) for n in names},
         "ours": {n: best[n] for n in names},
-        "free": len(assumed),
+        "free": free,
     }
-    return Claim(
-        key,
-        _items(items),
-        quantity,
-        units.pop() if len(units) == 1 else "",
-        "; ".join(f"{_words(n)} {prints[n].text}" for n in names),
-        "; ".join(f"{_words(n)} {number(best[n])}" for n in names),
-        verdict,
-        _reason(compared, why, verdict),
-        kind,
-        method,
-        assumed,
-        _caller(),
-        numbers,
-    )
+    unit = units.pop() if len(units) == 1 else ""
+    return _row(key, items, quantity, unit, sides, (verdict, compared), numbers, about)
 
 
 def open_claim(
@@ -194,29 +178,17 @@ def open_claim(
     ours: Span | float | None = None,
     unit: str = "",
     prints: Sequence[Printed] = (),
-    assumed: tuple[Open, ...] = (),
-    method: Method = Method.PRINT,
+    **about: Unpack[About],
 ) -> Claim:
     """A fact that cannot be compared because the paper does not publish what that needs: ``missing`` says what.
 
     ``ours`` is what the equations give where that can be said at all; it is no counterpart of a measured number.
     """
-    span = ours if isinstance(ours, Span) or ours is None else Span.of(ours)
-    return Claim(
-        key,
-        _items(items),
-        quantity,
-        prints[0].unit if prints else unit,
-        "; ".join(p.text for p in prints) or NOTHING,
-        NOTHING if span is None else str(span),
-        Verdict.NOT_DETERMINED,
-        missing,
-        Kind.MEASUREMENT,
-        method,
-        assumed,
-        _caller(),
-        {"printed": [list(p.span.ends) for p in prints] or None, "ours": list(span.ends) if span else None},
-    )
+    span = None if ours is None else _span(ours)
+    sides = ("; ".join(p.text for p in prints) or NOTHING, NOTHING if span is None else str(span))
+    numbers = {"printed": [list(p.span.ends) for p in prints] or None, "ours": list(span.ends) if span else None}
+    unit, about = prints[0].unit if prints else unit, About(method=Method.PRINT) | about
+    return _row(key, items, quantity, unit, sides, (Verdict.NOT_DETERMINED, missing), numbers, about)
 
 
 def statement_claim(
@@ -226,34 +198,48 @@ def statement_claim(
     unit: str,
     states: str,
     readings: Mapping[str, Condition],
-    *,
-    kind: Kind = Kind.PRINT,
-    assumed: tuple[Open, ...] = (),
-    why: Why | None = None,
-    method: Method = Method.MODEL,
+    **about: Unpack[About],
 ) -> Claim:
     """Claim that something holds: ``states`` is the paper's sentence, ``readings`` what each reading of it gives.
 
-    A reading that is ours stands in a row of its own (``kind`` reading).
+    A reading that is ours stands in a row of its own (``kind`` reading); without a kind it is print against print.
     """
+    kind = about.get("kind", Kind.PRINT)
     verdict = judge_readings(kind, readings)
     compared = ", ".join(f"{name}: {c}" for name, c in readings.items())
     ours = ", ".join(number(c.value) if len(readings) == 1 else f"{n}: {number(c.value)}" for n, c in readings.items())
     numbers = {n: {"value": c.value, "relation": c.relation, "limit": c.limit} for n, c in readings.items()}
+    return _row(
+        key, items, quantity, unit, (states, ours), (verdict, compared), {"readings": numbers}, About(kind=kind) | about
+    )
+
+
+def _row(
+    key: str,
+    items: Items,
+    quantity: str,
+    unit: str,
+    sides: tuple[str, str],
+    judged: tuple[Verdict, str],
+    numbers: Mapping[str, Any],
+    about: About,
+) -> Claim:
+    """The claim of a constructor: both ``sides`` as shown, and what they were ``judged`` in words."""
+    verdict, compared = judged
+    why = about.get("why", {}).get(verdict)
     return Claim(
         key,
-        _items(items),
+        (items,) if isinstance(items, str) else items,
         quantity,
         unit,
-        states,
-        ours,
+        *sides,
         verdict,
-        _reason(compared, why, verdict),
-        kind,
-        method,
-        assumed,
+        f"{compared}; {why}" if why else compared,
+        about.get("kind", Kind.MEASUREMENT),
+        about.get("method", Method.MODEL),
+        about.get("assumed", ()),
         _caller(),
-        {"readings": numbers},
+        numbers,
     )
 
 
@@ -262,19 +248,15 @@ def _words(name: str) -> str:
     return re.sub(r"(?<=[a-z])\.(?=[a-z])", " ", name).replace("_", "-")
 
 
-def _items(items: Items) -> tuple[str, ...]:
-    return (items,) if isinstance(items, str) else items
+def _span(ours: Span | float) -> Span:
+    return ours if isinstance(ours, Span) else Span.of(ours)
 
 
 def _unit(unit: str) -> str:
     return "" if unit in ("", "1") else f" {unit}"
 
 
-def _reason(compared: str, why: Why | None, verdict: Verdict) -> str:
-    return f"{compared}; {why[verdict]}" if why and verdict in why else compared
-
-
 def _caller() -> str:
     """``module:function`` that makes a claim, for the link from its row."""
-    frame = sys._getframe(2)  # the constructor's caller
+    frame = sys._getframe(3)  # the caller of the constructor that called `_row`
     return f"{frame.f_globals['__name__']}:{frame.f_code.co_qualname.partition('.<locals>')[0]}"
