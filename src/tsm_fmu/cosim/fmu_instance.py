@@ -14,7 +14,6 @@ import os
 import sys
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -25,28 +24,15 @@ from fmpy.fmi1 import FMICallException
 
 from ..models.contract import InputError
 from .description import Description, Port
+from .fmi_calls import C_TYPES, WARNING, Block, Step
 from .journal import CLOSE, GET, INITIALISE, INSTANTIATE, SET, STEP, Journal, no_mark
 from .start_values import typed_value
 from .system import Value
 
 SCRIPT_NAME = "resources/slavemodule.txt"
 """Where a PythonFMU unit names its script."""
-OK, WARNING, DISCARD, ERROR, FATAL = range(5)
+OK, DISCARD, FATAL = 0, 2, 4
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
-
-_C_TYPES: dict[str, Any] = {
-    "Real": ctypes.c_double,
-    "Integer": ctypes.c_int,
-    "Boolean": ctypes.c_int,
-    "String": ctypes.c_char_p,
-    "Float64": ctypes.c_double,
-    "Float32": ctypes.c_float,
-    **{
-        f"{sign}Int{bits}": getattr(ctypes, f"c_{sign.lower()}int{bits}")
-        for sign in ("", "U")
-        for bits in (8, 16, 32, 64)
-    },
-}
 
 _log: dict[str, deque[str]] = {}
 """Last lines of each live instance: FMPy's logger proxy knows one callback per process."""
@@ -54,30 +40,6 @@ _log: dict[str, deque[str]] = {}
 
 class FmuFailure(InputError):
     """An FMU returned Discard, Error or Fatal; the line names it, the call, the time and its last message."""
-
-
-@dataclass
-class Block:
-    """The ports of one FMI type that are read or written in one call.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Variable names, in buffer order.
-    values : ctypes array
-        The buffer.
-    call : callable
-        Moves the buffer to or from the FMU and returns the FMI status.
-    """
-
-    names: tuple[str, ...]
-    values: Any
-    call: Callable[[], int]
-
-    @property
-    def real(self) -> bool:
-        """Whether the values can be other than finite."""
-        return self.values._type_ in (ctypes.c_double, ctypes.c_float)
 
 
 class FmuInstance:
@@ -117,7 +79,9 @@ class FmuInstance:
         journal: Journal | None = None,
     ) -> None:
         self.name, self.description = name, description
-        self._mark = no_mark if journal is None else journal.marker(f"{name} ({description.path.name})")
+        self.label = f"{name} ({description.path.name})"
+        """What a journal calls it."""
+        self._mark = no_mark if journal is None else journal.marker(self.label)
         self._mark(INSTANTIATE, 0.0)
         self._fmi3 = description.fmi == 3
         self._stage = "new"
@@ -129,9 +93,9 @@ class FmuInstance:
             "unzipDirectory": str(directory),
             "instanceName": name,
         }
-        self._python = "PythonFMU" in (description.model.generationTool or "")
+        self.python = "PythonFMU" in (description.model.generationTool or "")
         """Whether PythonFMU runs it, which calls every discarded step a request to end the simulation."""
-        if self._python and not (directory / SCRIPT_NAME).is_file():
+        if self.python and not (directory / SCRIPT_NAME).is_file():
             raise FmuFailure(  # its library would crash
                 f"FMU {name} ({description.path.name}) has no {SCRIPT_NAME} -- expected the script that PythonFMU runs "
                 "-- build it again"
@@ -154,11 +118,11 @@ class FmuInstance:
                 f"FMU {name} ({description.path.name}) cannot be loaded: {self.last_log or _first_line(failure)} -- "
                 f"expected a library for {fmpy.platform_tuple} that instantiates -- {hint}, or for this platform"
             ) from failure
-        if self._python:
+        if self.python:
             _keep_python_namespace(directory)
         self.inputs = self._blocks(inputs, "Set")
         self.outputs = self._blocks(outputs, "Get")
-        self._do_step = self._stepper()
+        self.do_step = Step(self._fmu._functions[f"fmi{description.fmi}DoStep"], self._fmu.component, self._fmi3)
 
     def __enter__(self) -> FmuInstance:
         return self
@@ -245,23 +209,34 @@ class FmuInstance:
         """Write the input buffers to the FMU."""
         self._mark(SET, time)
         for block in self.inputs:
-            status = block.call()
-            if status > WARNING:
-                self._check(status, f"set {', '.join(block.names)} = {list(block.values)}", time)
+            self.after_set(block, block.call(), time)
+
+    def after_set(self, block: Block, status: int, time: float) -> None:
+        """Raise `FmuFailure` if a block of inputs was refused."""
+        if status > WARNING:
+            self._check(status, f"set {', '.join(block.names)} = {list(block.values)}", time)
 
     def get_outputs(self, time: float) -> None:
         """Read the outputs of the FMU into the output buffers."""
         self._mark(GET, time)
         for block in self.outputs:
-            status = block.call()
-            if status > WARNING:
-                self._check(status, f"get {', '.join(block.names)}", time)
+            self.after_get(block, block.call(), time)
+
+    def after_get(self, block: Block, status: int, time: float) -> None:
+        """Raise `FmuFailure` if a block of outputs was refused."""
+        if status > WARNING:
+            self._check(status, f"get {', '.join(block.names)}", time)
 
     def step(self, time: float, dt: float) -> None:
         """Advance from ``time`` by ``dt`` [s]; an FMU that asks to end the simulation has not failed (`ended_at`)."""
         self._mark(STEP, time)
-        status = self._do_step(time, dt)
-        if status == DISCARD and not self._fmi3 and not self._python:
+        self.after_step(self.do_step(time, dt), time, dt)
+
+    def after_step(self, status: int, time: float, dt: float) -> None:
+        """Take note of a request to end the simulation; raise `FmuFailure` if the step was refused."""
+        if self._fmi3 and status <= WARNING:
+            self.ended_at = self.do_step.ended_at(time, dt)
+        elif status == DISCARD and not self._fmi3 and not self.python:
             self.ended_at = self._terminated()
         if status > WARNING and self.ended_at is None:
             self._check(status, "doStep", time)
@@ -320,31 +295,12 @@ class FmuInstance:
         ]
 
     def _block(self, kind: str, variables: Sequence[Sequence[Port]], verb: str) -> Block:
-        c_type = ctypes.c_bool if self._fmi3 and kind == "Boolean" else _C_TYPES[kind]
+        c_type = ctypes.c_bool if self._fmi3 and kind == "Boolean" else C_TYPES[kind]
         ports = [port for elements in variables for port in elements]
         references = (ctypes.c_uint * len(variables))(*(elements[0].reference for elements in variables))
         values = (c_type * len(ports))(*(_start(port) for port in ports))
         function = self._fmu._functions[f"fmi{self.description.fmi}{verb}{kind}"]
-        sizes = (len(variables), values, len(ports)) if self._fmi3 else (len(variables), values)
-        return Block(tuple(p.name for p in ports), values, partial(function, self._fmu.component, references, *sizes))
-
-    def _stepper(self) -> Callable[[float, float], int]:
-        component = self._fmu.component
-        if not self._fmi3:
-            function = self._fmu._functions["fmi2DoStep"]
-            return lambda time, dt: function(component, time, dt, 1)
-        function = self._fmu._functions["fmi3DoStep"]
-        event, terminate, early = ctypes.c_bool(), ctypes.c_bool(), ctypes.c_bool()
-        reached = ctypes.c_double()
-        results = tuple(ctypes.byref(x) for x in (event, terminate, early, reached))
-
-        def step(time: float, dt: float) -> int:
-            status = function(component, time, dt, True, *results)
-            if terminate.value and status <= WARNING:
-                self.ended_at = reached.value if reached.value > time else time + dt
-            return status
-
-        return step
+        return Block(tuple(p.name for p in ports), values, function, self._fmu.component, references, self._fmi3)
 
     def _attempt(self, call: Callable[[], object], what: str, time: float) -> None:
         try:

@@ -34,11 +34,17 @@ class Journal:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._fmus: list[str] = []
-        self._count = 0
         with (folder / "now.bin").open("wb+") as file:
             file.write(bytes(_NOW.size))
             file.flush()
-            self._now = mmap.mmap(file.fileno(), _NOW.size)
+            self._file = mmap.mmap(file.fileno(), _NOW.size)
+        self.now = np.frombuffer(self._file, np.int64)
+        """Number of calls so far, FMU, call; the fourth is the time as float64."""
+        self._time = self.now.view(float)
+
+    def index(self, fmu: str) -> int:
+        """Number of an FMU that has a `marker`."""
+        return self._fmus.index(fmu)
 
     def marker(self, fmu: str) -> Mark:
         """The `Mark` of an FMU."""
@@ -47,8 +53,8 @@ class Journal:
         (self._folder / "fmus.json").write_text(json.dumps(self._fmus), encoding="utf-8")
 
         def mark(call: int, time: float) -> None:
-            self._count += 1
-            _NOW.pack_into(self._now, 0, self._count, index, call, time)
+            self._time[3] = time
+            self.now[:3] = self.now[0] + 1, index, call
 
         return mark
 

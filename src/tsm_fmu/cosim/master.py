@@ -8,11 +8,8 @@ values of the previous point. Both are first order in the communication step.
 from __future__ import annotations
 
 import math
-import signal
-import sys
-import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 
 from ..models.contract import InputError
 from .exchange import (
@@ -31,13 +28,19 @@ from .exchange import (
 from .fmu_instance import FmuFailure, FmuInstance
 from .journal import Journal
 from .order import AlgebraicLoop, Schedule, schedule
+from .program import Program, can_compile
+from .progress import bar
 from .recorder import Recorder, Selection, left_out, select
+from .stopping import StopRequest, interruptible
 from .system import System, Wiring, check_system
 from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 from .unpack import unpacked
 
-STOP_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+Run = Callable[[int, int, int, StopRequest], int]
+"""Take steps; see `Program.run`."""
 METHODS = ("gauss-seidel", "jacobi")
+REPAID = 50_000
+"""Steps times components from which on the compiled loop repays being loaded."""
 MOST_STEPS = 1e8
 """More rows than this fit into no memory that such a run has."""
 
@@ -55,6 +58,7 @@ def simulate_system(
     decimation: int = 1,
     progress: bool = False,
     journal: Journal | None = None,
+    compiled: bool | None = None,
 ) -> Trajectory:
     """Co-simulate a system with a fixed communication step.
 
@@ -78,6 +82,9 @@ def simulate_system(
         Show a bar on stderr, if that is a terminal.
     journal : Journal, optional
         Keeps the rows in files: `isolation` reads them if the process ends.
+    compiled : bool, optional
+        Step in machine code or not; both give the same bits. Without it where the run is long (`REPAID`). Texts
+        that are handed on and loops that are iterated are never stepped there.
 
     Returns
     -------
@@ -112,25 +119,46 @@ def simulate_system(
         order = [instances[name] for name in plan.components]
         transfers = {name: transfers_to(name, wiring, instances) for name in instances}
         wanted = tolerance if loops == "iterate" else None
-        advance_all = _advance(plan, instances, transfers, method, wanted)
+        parts: list[Part] = [(instances[name], transfers[name]) for name in plan.components]
+        by_hand = (wanted is not None and plan.loops) or not can_compile(transfers)
+        if compiled is None:
+            compiled = steps * len(parts) >= REPAID
         try:
             _initialise(wiring, plan, instances, transfers, start, wanted)
             recorder.store(start)
-            with interruptible() as interrupted, bar(progress, system.name, steps) as advance:
-                for k in range(steps):
-                    time = start + k * step
-                    advance_all(time, step)
+            with interruptible() as asked, bar(progress, system.name, steps, step) as advance:
+                run: Run
+                if compiled and not by_hand:
+                    run = Program(parts, method == "jacobi", recorder, (start, step), journal).run
+                else:
+                    run = _interpreted(
+                        _advance(plan, instances, transfers, method, wanted), order, recorder, start, step
+                    )
+                done = 0
+                while done < steps:
+                    done = run(done, steps, decimation, asked)
                     if ended := [i for i in order if i.ended_at is not None]:
-                        _store_end(recorder, ended, len(order), start + (k + 1) * step)
+                        _store_end(recorder, ended, len(order), start + done * step)
                         break
-                    if (k + 1) % decimation == 0:
-                        recorder.store(start + (k + 1) * step)
-                    advance(k + 1)
-                    if interrupted():
+                    advance(done)
+                    if asked:
                         raise SimulationInterrupted(recorder.trajectory("interrupted"))
         except FmuFailure as failure:
             raise SimulationStopped(str(failure), recorder.trajectory(str(failure))) from failure
         return recorder.finished()
+
+
+def _interpreted(advance: Advance, order: Sequence[FmuInstance], recorder: Recorder, start: float, step: float) -> Run:
+    """As `Program.run`, one step at a time."""
+
+    def run(begin: int, end: int, decimation: int, asked: StopRequest) -> int:
+        advance(start + begin * step, step)
+        done = begin + 1
+        if done % decimation == 0 and all(i.ended_at is None for i in order):
+            recorder.store(start + done * step)
+        return done
+
+    return run
 
 
 def _said(loop: AlgebraicLoop, loops: str) -> str:
@@ -256,34 +284,3 @@ def _initialise(
         instances[name].set_inputs(start)
         instances[name].exit_initialization(start)
         instances[name].get_outputs(start)
-
-
-@contextmanager
-def interruptible() -> Iterator[Callable[[], bool]]:
-    """Hold Ctrl-C and other requests to stop back to the end of a step: inside one they would hit an FMU's Python."""
-    pressed = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield pressed.is_set
-        return
-    previous = {s: signal.getsignal(s) for s in STOP_SIGNALS if signal.getsignal(s) is not signal.SIG_IGN}
-    for number in previous:
-        signal.signal(number, lambda *_: pressed.set())
-    try:
-        yield pressed.is_set
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
-
-
-@contextmanager
-def bar(wanted: bool, title: str, steps: int) -> Iterator[Callable[[int], None]]:
-    if not (wanted and sys.stderr.isatty()):
-        yield lambda done: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    stride = max(1, steps // 200)
-    with Progress(console=Console(stderr=True), transient=True) as shown:
-        task = shown.add_task(title, total=steps)
-        yield lambda done: shown.update(task, completed=done) if done % stride == 0 else None

@@ -125,6 +125,15 @@ class Recorder:
             table[row] = values
         self._row[0] = row + 1
 
+    def addresses(self) -> list[tuple[int, int, int]]:
+        """For each table: the address of the buffer, that of the first row, and the size of a row [bytes]."""
+        pairs = zip(self._buffers, self._tables, strict=True)
+        return [(b.ctypes.data, t.ctypes.data, b.nbytes) for b, t in pairs if b.size]
+
+    def places(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Times of the rows, and their number as an array of one."""
+        return self._time.view(np.ndarray), self._row.view(np.ndarray)
+
     def note(self, text: str) -> None:
         """Add to what the run's messages begin with."""
         self._notes.append(text)

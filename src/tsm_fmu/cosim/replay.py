@@ -21,8 +21,8 @@ from ..models.contract import InputError, Quantity, Variable
 from .description import Description, describe
 from .fmu_instance import FmuFailure, FmuInstance
 from .journal import Journal
-from .master import interruptible
 from .recorder import Recorder, left_out, select
+from .stopping import interruptible
 from .system import Component, System, Value, check_system
 from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 from .unpack import unpacked
@@ -93,7 +93,7 @@ def replay(
             instance.exit_initialization(time[0])
             instance.get_outputs(time[0])
             recorder.store(time[0])
-            with interruptible() as interrupted:
+            with interruptible() as stop:
                 for k, dt in enumerate(steps):
                     set_row(k + 1)
                     instance.step(time[k], dt)
@@ -105,7 +105,7 @@ def replay(
                         recorder.store(time[k + 1])
                         break
                     recorder.store(time[k + 1])
-                    if interrupted():
+                    if stop:
                         raise SimulationInterrupted(in_si(recorder.trajectory("interrupted")))
             return in_si(recorder.finished())
         except FmuFailure as failure:

@@ -94,12 +94,15 @@ def own(module: str) -> bool:
 
 
 @contextmanager
-def kept(module: str) -> Iterator[bool]:
-    """A module's functions decorated inside are kept in the folder; False if they cannot be."""
+def kept(module: str, own_file: bool = False) -> Iterator[bool]:
+    """A module's functions decorated inside are kept in the folder; False if they cannot be.
+
+    ``own_file``: they call nothing outside their file, whose date numba looks at; they need not be kernels.
+    """
     from numba import config
 
     place = folder()
-    if place is None or not own(module):
+    if place is None or not (own_file or own(module)):
         yield False
         return
     with _SETTING_LOCK:  # threads compile beside each other, and the setting is everybody's

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from .. import __version__
 from ..cosim import sweep as sweeping
-from ..cosim.master import bar
 from ..cosim.point_file import PointFile
+from ..cosim.progress import bar
 from ..cosim.sweep import Axis, Point
 from ..cosim.sweep_report import sweep_section
 from ..models.contract import InputError

@@ -1,0 +1,49 @@
+"""Requests to stop that wait for the end of a step."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+STOP_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+
+
+class StopRequest:
+    """Whether the user wants to stop; true or false.
+
+    Attributes
+    ----------
+    flag : ndarray of int32, shape (1,)
+        The same for compiled code.
+    """
+
+    def __init__(self) -> None:
+        self.flag = np.zeros(1, np.int32)
+
+    def __bool__(self) -> bool:
+        return bool(self.flag[0])
+
+
+@contextmanager
+def interruptible() -> Iterator[StopRequest]:
+    """Hold Ctrl-C and other requests to stop back to the end of a step: inside one they would hit an FMU's Python."""
+    request = StopRequest()
+    if threading.current_thread() is not threading.main_thread():
+        yield request
+        return
+
+    def ask(*_: object) -> None:
+        request.flag[0] = 1
+
+    previous = {s: signal.getsignal(s) for s in STOP_SIGNALS if signal.getsignal(s) is not signal.SIG_IGN}
+    for number in previous:
+        signal.signal(number, ask)
+    try:
+        yield request
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
