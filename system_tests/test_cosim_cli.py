@@ -76,9 +76,11 @@ def test_run_writes_results_report_and_systems_that_give_the_same_numbers_again(
     for column, values in first.columns.items():
         if column.startswith("periodic.law_1."):
             assert np.array_equal(values, second.columns[column.removeprefix("periodic.law_1.")]), column
-    assert {"metrics", "results", "report"} <= set(found)
+    assert {"metrics", "comparison", "results", "report"} <= set(found)
     error = np.degrees(second.columns["error.y"])
-    assert found["metrics"]["peak_to_peak_deg"] == pytest.approx(np.ptp(error), rel=1e-9)
+    tracking_error = found["metrics"]["periodic_law_1"]["tracking_error"]
+    assert tracking_error["unit"] == "deg"
+    assert tracking_error["peak_to_peak"] == pytest.approx(np.ptp(error), rel=1e-9)
     assert (scenario_run / "report.html").read_text().count("<h1") == 1
     assert (scenario_run / "results.csv").read_text().splitlines()[0].startswith("time [s],")
 
@@ -87,7 +89,7 @@ def test_run_prints_a_table_of_the_tracking_errors(tmp_path, capsys):
     arguments = ["run", "mssp_feedforward", "--case", "periodic.b065_law_1", "--stop", "0.3", "--out", str(tmp_path)]
     assert tsm_fmu(arguments) == 0
     printed = capsys.readouterr().out
-    assert re.search(r"periodic\.b065_law_1 .* deg", printed)
+    assert re.search(r"periodic\.b065_law_1: tracking error .* deg", printed)
     assert str(tmp_path / "report.html") in printed.replace("\n", "")
 
 

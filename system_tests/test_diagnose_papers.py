@@ -39,7 +39,7 @@ def test_what_keeps_three_degrees_is_named_and_the_compensator_with_it_takes_the
 ):
     answer, (before, after) = mssp.worked(name, loop_fmus, tmp_path, again=AGAIN, experiment=SHORT)
     assert (answer.verdict, answer.effects) == ("named", [effect])
-    reported = scenario.REPORTED["periodic"]["law_1"]["peak_to_peak_deg"]
+    reported = scenario.REPORTED["periodic.law_1"]["peak_to_peak"].value
     assert before.peak_to_peak["periodic"] == pytest.approx(reported, rel=0.05)
     for motion in AGAIN:
         assert after.peak_to_peak[motion] < left * before.peak_to_peak[motion]

@@ -47,21 +47,24 @@ def elongation(route, way):
 @pytest.mark.parametrize("name", scenario.ROUTES)
 def test_tension_ratio_is_the_capstan_factor_of_the_total_angle(metrics, name):
     angle = math.radians(360.0 if name == "less_bent" else 540.0)
-    found = metrics[name]
-    assert found["ratio_pull_1"] == pytest.approx(math.exp(MU * angle), rel=1e-9)
-    assert found["ratio_release_1"] == pytest.approx(math.exp(-MU * angle), rel=1e-9)
-    assert found["ratio_spread_1"] < 1e-9
+    found = {quantity: metric.value for quantity, metric in metrics[name].quantities.items()}
+    assert found["ratio_pull"] == pytest.approx(math.exp(MU * angle), rel=1e-9)
+    assert found["ratio_release"] == pytest.approx(math.exp(-MU * angle), rel=1e-9)
+    assert found["ratio_spread"] < 1e-9
 
 
 @pytest.mark.parametrize("name", scenario.ROUTES)
 def test_elongation_is_that_of_the_route(metrics, name):
-    found = metrics[name]
-    assert found["elongation_pull_mm"] == pytest.approx(1e3 * elongation(scenario.ROUTES[name], 1.0), rel=1e-9)
-    assert found["elongation_release_mm"] == pytest.approx(1e3 * elongation(scenario.ROUTES[name], -1.0), rel=1e-9)
+    found = {quantity: metric.value for quantity, metric in metrics[name].quantities.items()}
+    assert found["elongation_pull"] == pytest.approx(1e3 * elongation(scenario.ROUTES[name], 1.0), rel=1e-9)
+    assert found["elongation_release"] == pytest.approx(1e3 * elongation(scenario.ROUTES[name], -1.0), rel=1e-9)
 
 
 def test_routes_of_one_angle_differ_in_elongation_and_after_a_reversal_only(runs, metrics):
-    pull = [metrics[name]["elongation_pull_mm"] for name in ("bends_at_driver", "uniform", "bends_at_follower")]
+    pull = [
+        metrics[name].quantities["elongation_pull"].value
+        for name in ("bends_at_driver", "uniform", "bends_at_follower")
+    ]
     assert pull[0] < 0.8 * pull[1]
     assert pull[2] > 1.2 * pull[1]
     friction = {name: run.columns["friction.y"] for name, run in runs.items()}

@@ -37,10 +37,10 @@ def test_quantities_are_the_friction_columns_of_the_tables(case, run):
     found = scenario.quantities("periodic.law_1", run)
     window = run.time >= 10.0 - 1e-9
     error = (run.columns["haptic_lugre.tau_out"] - run.columns["load.tau"])[window] / R
-    assert found["haptic_lugre_mean_N"] == pytest.approx(np.mean(error), rel=1e-12)
-    assert found["haptic_lugre_std_N"] == pytest.approx(np.std(error), rel=1e-12)
-    assert found["haptic_lugre_peak_to_peak_N"] == pytest.approx(np.ptp(error), rel=1e-12)
-    assert found["friction_std_N"] == pytest.approx(np.std(run.columns["friction.F"][window]), rel=1e-12)
+    assert found["haptic_lugre_mean"].value == pytest.approx(np.mean(error), rel=1e-12)
+    assert found["haptic_lugre_std"].value == pytest.approx(np.std(error), rel=1e-12)
+    assert found["haptic_lugre_peak_to_peak"].value == pytest.approx(np.ptp(error), rel=1e-12)
+    assert found["friction_std"].value == pytest.approx(np.std(run.columns["friction.F"][window]), rel=1e-12)
 
 
 def test_lugre_estimator_is_right_where_its_assumptions_hold(case, run):

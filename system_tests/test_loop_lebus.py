@@ -20,12 +20,12 @@ def cases(fmus):
 
 
 def found(cases, name, stop=None, **values):
-    """Quantities and run of one case, with values set as on the command line."""
+    """Quantities [mm] and run of one case, with values set as on the command line."""
     system, experiment = cases[name]
     case = {name: (system, experiment if stop is None else replace(experiment, stop=stop))}
     case = with_values(case, {k.replace("__", "."): str(v) for k, v in values.items()})
     (run,) = run_cases(case, record=scenario.RECORD).values()
-    return scenario.quantities(name, run), run
+    return {quantity: metric.value for quantity, metric in scenario.quantities(name, run).items()}, run
 
 
 def pulled(condition):
@@ -41,9 +41,9 @@ def test_without_winding_strain_error_and_lost_motion_are_closed_forms(cases, co
     _, _, at_driver, stretch = pulled(condition)
     q, run = found(cases, f"{condition}.uncompensated", transmission__winding_strain=0)
     slack = 1e3 * LOAD[condition][2]
-    assert q["forward_max_mm"] == pytest.approx(stretch, abs=1e-9)
-    assert q["reverse_max_mm"] == pytest.approx(slack + stretch, abs=1e-9)
-    assert q["lost_motion_mm"] == pytest.approx(slack + 2 * stretch, abs=1e-9)
+    assert q["forward_max"] == pytest.approx(stretch, abs=1e-9)
+    assert q["reverse_max"] == pytest.approx(slack + stretch, abs=1e-9)
+    assert q["lost_motion"] == pytest.approx(slack + 2 * stretch, abs=1e-9)
     assert run.columns["transmission.T_a"][780] == pytest.approx(at_driver, rel=1e-12)
     assert run.columns["transmission.T_b"][-1] == pytest.approx(at_driver, rel=1e-12)
     assert run.columns["transmission.T_a"][-1] == 0.0  # tendon a is loose on the way back
@@ -53,7 +53,7 @@ def test_without_winding_strain_error_and_lost_motion_are_closed_forms(cases, co
 def test_a_hanging_weight_needs_no_slack(cases, condition):
     weight, lam, _, _ = pulled(condition)
     q, run = found(cases, f"{condition}.hanging", transmission__winding_strain=0)
-    assert q["lost_motion_mm"] == pytest.approx(1e3 * 2 * weight * L / EA * (math.cosh(lam) - 1) / lam, abs=1e-9)
+    assert q["lost_motion"] == pytest.approx(1e3 * 2 * weight * L / EA * (math.cosh(lam) - 1) / lam, abs=1e-9)
     assert np.max(run.columns["transmission.T_b"]) == 0.0
     assert run.columns["transmission.slack_b"].min() > 0.9 * LOAD[condition][2]
 
@@ -64,7 +64,7 @@ def test_winding_strain_and_the_reported_forward_errors(cases):
     for condition in LOAD:
         _, _, at_driver, stretch = pulled(condition)
         q, run = found(cases, f"{condition}.uncompensated", stop=scenario.TURN)
-        ours[condition] = q["forward_max_mm"]
+        ours[condition] = q["forward_max"]
         follower = 1e3 * R * (run.columns["transmission.theta_out"][-1] - run.columns["transmission.theta_out"][0])
         wound = follower * (at_driver - T_0) / EA
         # the follower's first travel, before the whole tendon slides, counts in second order of the strain
@@ -77,27 +77,25 @@ def test_winding_strain_and_the_reported_forward_errors(cases):
 def test_compensation_leaves_what_the_compensator_does_not_know(cases, condition):
     weight, _, at_driver, _ = pulled(condition)
     perfect, _ = found(cases, f"{condition}.compensated")
-    assert perfect["forward_max_mm"] < 1e-9
-    assert perfect["reverse_max_mm"] < 1e-9
+    assert perfect["forward_max"] < 1e-9
+    assert perfect["reverse_max"] < 1e-9
     strain = (at_driver - T_0) / EA
     path, run = found(cases, f"{condition}.compensated_path_only", stop=scenario.TURN)
     travel = 1e3 * R * (run.columns["transmission.theta_out"][-1] - run.columns["transmission.theta_out"][0])
-    assert path["forward_max_mm"] == pytest.approx(strain * travel, rel=1e-3)
+    assert path["forward_max"] == pytest.approx(strain * travel, rel=1e-3)
     lugre, _ = found(cases, f"{condition}.compensated_lugre", stop=scenario.TURN)
     # f = mu T + sigma2 v stretches by f L/EA; the follower turns by 1/(1 + strain) of the driver while it winds
     term = 1e3 * (MU * weight + 4.3 * 0.05) * L / EA
-    assert -lugre["forward_end_mm"] == pytest.approx(term / (1 + strain), rel=1e-6)
+    assert -lugre["forward_end"] == pytest.approx(term / (1 + strain), rel=1e-6)
 
 
 def test_without_compensation_the_slack_shows_and_with_it_does_not(cases):
     for condition in ("m05_180", "m10_540"):
         q, _ = found(cases, f"{condition}.uncompensated")
-        assert q["reverse_max_mm"] == pytest.approx(
-            scenario.REPORTED[f"{condition}.uncompensated"]["reverse_max_mm"], rel=0.01
-        )
+        assert q["reverse_max"] == pytest.approx(scenario.REVERSE_MM[condition], rel=0.01)
         wrong, _ = found(cases, f"{condition}.compensated", compensator__slack=LOAD[condition][2] - 0.0015)
-        assert wrong["forward_max_mm"] < 1e-9
-        assert wrong["reverse_max_mm"] == pytest.approx(1.5, abs=1e-2)  # the driver turns back too little by that
+        assert wrong["forward_max"] < 1e-9
+        assert wrong["reverse_max"] == pytest.approx(1.5, abs=1e-2)  # the driver turns back too little by that
 
 
 def test_layers_alone_peak_at_two_thirds_of_the_stroke(cases):
@@ -114,6 +112,6 @@ def test_layers_alone_peak_at_two_thirds_of_the_stroke(cases):
     expected = 12.5 * (theta - follower)
     np.testing.assert_allclose(scenario.error_mm(run), expected, atol=1e-6)
     plateau = (12.5 * layer, 12.5 * (layer + (full - layer * r_1) / r_2))  # both wheels on their second radius
-    assert plateau[0] - 1.0 < q["forward_max_at_mm"] < plateau[1] + 1.0
+    assert plateau[0] - 1.0 < q["forward_max_at"] < plateau[1] + 1.0
     assert plateau[0] == pytest.approx(785 * 2 / 3, rel=0.01)
-    assert q["forward_end_mm"] < 0.6 * q["forward_max_mm"]
+    assert q["forward_end"] < 0.6 * q["forward_max"]

@@ -7,12 +7,12 @@ import pytest
 
 from tsm_fmu.cli.app import run
 
-# scenario, case, stop, a quantity of that case, what the report is called
+# scenario, case, stop, a quantity of that case and its unit, what the report is called
 RUNS = [
-    ("single_tsm_force", "bouc_wen.multi_periodic.lugre", "6", "error_rms_N", "Distal tension"),
-    ("lebus_drive", "m05_180.compensated_path_only", "20", "lost_motion_mm", "LeBus"),
-    ("tendon_drive_loop", "motor.spring", "6", "lost_J", "Tendon drive loop"),
-    ("configuration_independence", "bends_apart", "7", "ratio_pull_1", "Configuration independence"),
+    ("single_tsm_force", "bouc_wen.multi_periodic.lugre", "6", "error_rms", "N", "Distal tension"),
+    ("lebus_drive", "m05_180.compensated_path_only", "20", "lost_motion", "mm", "LeBus"),
+    ("tendon_drive_loop", "motor.spring", "6", "work_lost", "J", "Tendon drive loop"),
+    ("configuration_independence", "bends_apart", "7", "ratio_pull", "1", "Configuration independence"),
 ]
 
 
@@ -22,14 +22,13 @@ def metrics_of(capsys, *arguments):
     return json.loads(captured.out)
 
 
-@pytest.mark.parametrize(("scenario", "case", "stop", "quantity", "title"), RUNS)
-def test_a_case_runs_and_its_ssp_runs_again(tmp_path, capsys, scenario, case, stop, quantity, title):
+@pytest.mark.parametrize(("scenario", "case", "stop", "quantity", "unit", "title"), RUNS)
+def test_a_case_runs_and_its_ssp_runs_again(tmp_path, capsys, scenario, case, stop, quantity, unit, title):
     found = metrics_of(capsys, scenario, "--case", case, "--stop", stop, "--out", str(tmp_path / "first"))
-    place = found["metrics"]
-    for part in case.split(".") if "." in case else ():
-        place = place[part]
-    assert isinstance(place[quantity], float)
-    assert place["to_s"] == pytest.approx(float(stop))
+    own = found["metrics"][case]
+    assert isinstance(own["quantities"][quantity]["value"], float)
+    assert own["quantities"][quantity]["unit"] == unit
+    assert own["end"] == {"value": pytest.approx(float(stop)), "unit": "s"}
     report = (tmp_path / "first" / "report.html").read_text(encoding="utf-8")
     assert title in report
     assert case in report
@@ -42,8 +41,8 @@ def test_a_case_runs_and_its_ssp_runs_again(tmp_path, capsys, scenario, case, st
 
 def test_a_lebus_run_that_ends_before_the_turn_has_no_way_back(tmp_path, capsys):
     found = metrics_of(capsys, "lebus_drive", "--case", "m10_180.hanging", "--stop", "5", "--out", str(tmp_path))
-    assert "forward_max_mm" in found["metrics"]["m10_180"]["hanging"]
-    assert "reverse_max_mm" not in found["metrics"]["m10_180"]["hanging"]
+    assert "forward_max" in found["metrics"]["m10_180.hanging"]["quantities"]
+    assert "reverse_max" not in found["metrics"]["m10_180.hanging"]["quantities"]
 
 
 @pytest.mark.parametrize("scenario", [row[0] for row in RUNS])

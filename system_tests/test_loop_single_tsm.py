@@ -160,7 +160,7 @@ def test_published_lugre_set_against_the_modified_model(cases, plant, swapped):
     name = f"{plant}.periodic.lugre"
     case = cut(cases[name], 10.0)
     runs = run_cases({name: case}, record=scenario.RECORD)
-    mse = statistics({name: case}, runs, scenario.quantities)[plant]["periodic"]["lugre"]["error_mse_N2"]
+    mse = statistics({name: case}, runs, scenario.quantities)[name].quantities["error_mse"].value
     (run,) = runs.values()
     sines = ((1.0, 0.2),)
     model = integrated(modified_lugre(1.0, swapped), sines, 10.0, run.time)
@@ -180,7 +180,7 @@ def test_a_symmetric_law_misses_what_the_model_knows(cases):
     names = [f"dahl.{motion}.{estimator}" for motion in ("1_hz", "08_hz") for estimator in ("lugre", "levels_110")]
     picked = {name: cut(cases[name], 10.0) for name in names}
     runs = run_cases(picked, record=scenario.RECORD)
-    rms = {name: scenario.quantities(name, run)["error_rms_N"] for name, run in runs.items()}
+    rms = {name: scenario.quantities(name, run)["error_rms"].value for name, run in runs.items()}
     level = picked["dahl.1_hz.lugre"][0].components[3].parameters["F_c"]
     force = runs["dahl.1_hz.lugre"].columns["plant.F"][2500:]
     assert level == pytest.approx(np.mean(np.abs(force)), rel=5e-3)

@@ -46,14 +46,14 @@ def test_drive_and_load_in_the_loop_are_the_kernels_on_the_motion_of_the_motor(c
 def test_feedforward_helps_and_distal_feedback_leaves_what_the_loop_leaves(cases, runs):
     metrics = statistics(cases, runs, scenario.quantities)
     for load in scenario.LOADS:
-        motor, compensated, distal = (metrics[f][load]["std_deg"] for f in ("motor", "compensated", "distal"))
+        motor, compensated, distal = (metrics[f"{f}.{load}"].tracked().std for f in ("motor", "compensated", "distal"))
         assert compensated < 0.7 * motor
         assert distal < 0.7 * motor
 
 
 def test_the_drive_loses_work_to_friction_and_makes_none(cases, runs):
     for name, run in runs.items():
-        found = scenario.quantities(name, run)
-        assert found["lost_J"] > 0.0
-        assert found["voltage_peak_V"] <= 24.0
-        assert abs(found["work_in_J"]) > abs(found["work_out_J"])
+        found = {name: metric.value for name, metric in scenario.quantities(name, run).items()}
+        assert found["work_lost"] > 0.0
+        assert found["voltage_peak"] <= 24.0
+        assert abs(found["work_in"]) > abs(found["work_out"])

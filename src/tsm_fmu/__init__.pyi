@@ -1,6 +1,9 @@
 from .card import ModelCard as ModelCard
 from .card import read_card as read_card
 from .card import write_card as write_card
+from .cosim.metric import CaseMetrics as CaseMetrics
+from .cosim.metric import Metric as Metric
+from .cosim.metric import Spread as Spread
 from .diagnosis.result import Diagnosis as Diagnosis
 from .kernels.chain import chain as chain
 from .kernels.kernel import Kernel as Kernel

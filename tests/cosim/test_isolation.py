@@ -117,7 +117,7 @@ def test_a_sweep_goes_on_after_a_point_that_crashes(in_c, tmp_path, capsys):
     assert "tsm-fmu: 2 of 4 points failed -- expected none" in said
     points = json.loads((tmp_path / "out" / "sweep.json").read_text())["points"]
     assert [bool(p["failed"]) for p in points] == [True, True, False, False]
-    assert points[3]["metrics"]["one.y.mean [1]"] == pytest.approx(1.5 * 10 / 11)
+    assert points[3]["metrics"]["one.y.mean"]["value"] == pytest.approx(1.5 * 10 / 11)
 
 
 SLOW = """

@@ -45,7 +45,7 @@ def test_a_grid_gives_the_closed_form_at_every_point(foreign, tmp_path, capsys):
     assert said == {**written, "report": str(tmp_path / "out" / "report.html")}
     assert written["complete"] is True
     assert written["vary"]["x.x_0"] == {"unit": "1", "values": [0.25, 4.0, 7.75]}
-    assert [p["metrics"]["x.x.mean [1]"] for p in written["points"]] == columns["x.x.mean"].tolist()
+    assert [p["metrics"]["x.x.mean"]["value"] for p in written["points"]] == columns["x.x.mean"].tolist()
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "12 points, 0 failed; complete." in page
 
@@ -59,7 +59,7 @@ def test_a_point_that_fails_says_why_and_the_others_stay(foreign, tmp_path, caps
     first, *rest = json.loads((tmp_path / "out" / "sweep.json").read_text(encoding="utf-8"))["points"]
     assert first["metrics"] == {}
     assert "the belt slipped" in first["failed"]
-    assert [p["metrics"]["belt.count.peak_to_peak [1]"] for p in rest] == [80.0, 80.0]
+    assert [p["metrics"]["belt.count.peak_to_peak"] for p in rest] == [{"value": 80.0, "unit": "1"}] * 2
     _, mean, *_ = read_table(tmp_path / "out" / "sweep.csv").columns
     assert np.isnan(mean.values).tolist() == [True, False, False]
 

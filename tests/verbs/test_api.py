@@ -191,8 +191,8 @@ def test_sweep_is_run_at_each_point(loop):
     alone = tsm.run("mssp_feedforward", case=["periodic.law_1"], stop=2.0, values={"load.k": 0.077})
     table = grid.to_frame()
     assert list(table["load.k [N.m/rad]"]) == [0.031, 0.077]
-    spread = alone.metrics["periodic"]["law_1"]["peak_to_peak_deg"]
-    assert table["periodic.law_1.peak_to_peak [deg]"].iloc[1] == pytest.approx(spread, rel=1e-12)
+    spread = alone.metrics["periodic.law_1"].tracked().peak_to_peak
+    assert table["tracking_error.peak_to_peak [deg]"].iloc[1] == pytest.approx(spread, rel=1e-12)
     assert grid.failures == ()
     assert len(grid.figure().data[0].x) == 2
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from ..models.contract import InputError
 from .description import describe
 from .master import simulate_system
+from .metric import CaseMetrics, Metric, spread
 from .ssp import Case
 from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 
@@ -142,43 +142,34 @@ def joined(runs: Mapping[str, Trajectory], decimation: int = 1) -> Trajectory:
     return Trajectory(last.time[:rows:decimation], columns, units, last.incomplete)
 
 
-Quantities = Callable[[str, Trajectory], Mapping[str, float]]
-"""What a scenario computes from a case, by name with its unit at the end."""
+Quantities = Callable[[str, Trajectory], Mapping[str, Metric]]
+"""What a scenario computes from a case, by name."""
 
 
 def statistics(
     cases: Mapping[str, Case], runs: Mapping[str, Trajectory], quantities: Quantities | None = None
-) -> dict[str, Any]:
-    """Mean, standard deviation and peak-to-peak value of every signal, nested by the dots of the case names.
+) -> dict[str, CaseMetrics]:
+    """Mean, standard deviation and peak-to-peak value of every signal, by case, with what a scenario computes itself.
 
-    The window is `Experiment.evaluate_from` to the end; a case with a tracking error also has
-    ``mean_deg``, ``std_deg`` and ``peak_to_peak_deg`` of it, one of a scenario with ``quantities`` has these; the
-    signals are then one level deeper. A single case whose name has no dot is not nested.
+    The window is `Experiment.evaluate_from` to the end.
     """
-    found: dict[str, Any] = {}
+    found = {}
     for name, run in runs.items():
         experiment = cases[name][1]
         window = experiment.window(run.time)
-        metrics: dict[str, Any] = {
-            address: {"unit": run.units[address], **spread(values[window])} for address, values in run.columns.items()
-        }
-        headline: dict[str, float] = {}
-        if experiment.tracking_error in run.columns:
-            error = np.degrees(run.columns[experiment.tracking_error][window])
-            headline |= {f"{k}_deg": v for k, v in spread(error).items()}
-        if quantities is not None:
-            headline |= quantities(name, run)
-        if headline:
-            metrics = {**headline, "signals": metrics}
-        metrics |= {"from_s": float(run.time[window][0]), "to_s": float(run.time[-1])}
-        place = found
-        for part in name.split(".") if "." in name or len(cases) > 1 else ():
-            place = place.setdefault(part, {})
-        place.update(metrics)
+        error = run.columns.get(experiment.tracking_error)
+        found[name] = CaseMetrics(
+            begin=Metric(float(run.time[window][0]), "s"),
+            end=Metric(float(run.time[-1]), "s"),
+            signals={address: spread(values[window], run.units[address]) for address, values in run.columns.items()},
+            tracking_error=None if error is None else spread(np.degrees(error[window]), "deg"),
+            quantities={} if quantities is None else quantities(name, run),
+        )
     return found
 
 
-def spread(values: Any) -> dict[str, float]:
-    """Mean, standard deviation and peak-to-peak value of a signal."""
-    values = np.asarray(values, dtype=float)  # a Boolean counts as 0 or 1
-    return {"mean": float(np.mean(values)), "std": float(np.std(values)), "peak_to_peak": float(np.ptp(values))}
+def flat(metrics: Mapping[str, CaseMetrics]) -> dict[str, Metric]:
+    """The numbers of all cases by ``case.name``, without the case if there is one only, as in `joined`."""
+    if len(metrics) == 1:
+        return next(iter(metrics.values())).flat()
+    return {f"{case}.{name}": metric for case, own in metrics.items() for name, metric in own.flat().items()}

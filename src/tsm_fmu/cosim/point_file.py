@@ -10,6 +10,7 @@ from pathlib import Path
 
 from .. import __version__
 from ..models.contract import InputError
+from .metric import Metric
 from .ssp import Case
 from .sweep import Axis, Point
 
@@ -69,8 +70,9 @@ class PointFile:
         points: list[Point] = []
         for line in lines[:-1] if first == self._identity else ():  # the last has no end if the process was killed
             try:
-                points.append(Point(**json.loads(line)))
-            except (ValueError, TypeError):
+                found = json.loads(line)
+                points.append(Point(**{**found, "metrics": {k: Metric(**m) for k, m in found["metrics"].items()}}))
+            except (ValueError, TypeError, KeyError, AttributeError):
                 break
         return points
 

@@ -15,8 +15,9 @@ import numpy as np
 from ..logs.plain_json import finite
 from ..logs.table import write_table
 from ..models.contract import InputError
-from .cases import Quantities, run_cases, statistics, with_values
+from .cases import Quantities, flat, run_cases, statistics, with_values
 from .master import simulate_system
+from .metric import Metric
 from .ssp import Case
 from .start_values import typed_value
 from .system import check_system
@@ -42,14 +43,14 @@ class Point:
     ----------
     values : mapping of str to float
         By the names of the axes.
-    metrics : mapping of str to float
-        By ``name [unit]``; empty if the run failed.
+    metrics : mapping of str to Metric
+        By name (`cases.flat`); empty if the run failed.
     failed : str
         Why it did; empty if it did not.
     """
 
     values: Mapping[str, float]
-    metrics: Mapping[str, float]
+    metrics: Mapping[str, Metric]
     failed: str = ""
 
 
@@ -115,17 +116,9 @@ def sweep(
             yield Point(at, flat(statistics(changed, runs, quantities)))
 
 
-def flat(metrics: Mapping[str, Any], path: tuple[str, ...] = ()) -> dict[str, float]:
-    """The numbers of `statistics` by ``case.signal.statistic [unit]``, or ``case.quantity [unit]``."""
-    unit = metrics.get("unit")
-    found: dict[str, float] = {}
-    for key, value in metrics.items():
-        if isinstance(value, Mapping):
-            found |= flat(value, path if key == "signals" else (*path, key))
-        elif key not in ("unit", "from_s", "to_s"):
-            name, _, own = (key, "", unit) if unit is not None else key.rpartition("_")
-            found[f"{'.'.join((*path, name))} [{own}]"] = float(value)
-    return found
+def units(points: Sequence[Point]) -> dict[str, str]:
+    """Unit of every number that some point has, by name."""
+    return {name: metric.unit for point in points for name, metric in point.metrics.items()}
 
 
 def as_json(name: str, axes: Sequence[Axis], points: Sequence[Point], results: Path | None) -> dict[str, Any]:
@@ -147,10 +140,10 @@ def write_sweep(out: Path, name: str, axes: Sequence[Axis], points: Sequence[Poi
     """
     whole = len(points) == size(axes)
     stem = "sweep" if whole else "sweep.incomplete"
-    metrics = list(dict.fromkeys(key for point in points for key in point.metrics))
-    header = [*(f"{axis.name} [{axis.unit}]" for axis in axes), *metrics]
+    found = units(points)
+    header = [*(f"{axis.name} [{axis.unit}]" for axis in axes), *(f"{name} [{unit}]" for name, unit in found.items())]
     columns = [np.array([p.values[axis.name] for p in points]) for axis in axes]
-    columns += [np.array([p.metrics.get(key, np.nan) for p in points]) for key in metrics]
+    columns += [np.array([p.metrics[name].value if name in p.metrics else np.nan for p in points]) for name in found]
     data = as_json(name, axes, points, out / f"{stem}.csv")
     write_table(out / f"{stem}.csv", header, columns)
     (out / f"{stem}.json").write_text(json.dumps(finite(data), indent=2) + "\n", encoding="utf-8")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from .. import __version__
 from ..report import Line, Section, Table, time_figure, write_report
-from .cases import spread
+from .metric import spread
 from .order import schedule
 from .ssp import Case
 from .system import check_system
@@ -31,7 +31,8 @@ def _section(name: str, case: Case, run: Trajectory) -> Section:
         f"{experiment.method}, in the order {', '.join(plan.components)}. "
         f"One step late: {', '.join(late) or 'nothing'}. Statistics from {run.time[window][0]:g} s on."
     )
-    rows = [(column, run.units[column], *spread(v[window]).values()) for column, v in run.columns.items()]
+    found = [(column, spread(v[window], run.units[column])) for column, v in run.columns.items()]
+    rows = [(column, s.unit, s.mean, s.std, s.peak_to_peak) for column, s in found]
     by_unit: dict[str, list[Line]] = {}
     for column, values in run.columns.items():
         by_unit.setdefault(run.units[column], []).append(Line(column, run.time, values))

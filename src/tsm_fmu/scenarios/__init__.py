@@ -2,7 +2,7 @@
 
 A scenario module has NAME, FMUS (model names), RECORD, ``cases(fmus)``, ``comparison(cases)``, what stands beside the
 metrics in the JSON output, and ``write_scenario_report(path, runs, metrics, beside)``; perhaps
-``quantities(case, run)``: numbers of its own by name with the unit at the end, which join the metrics of the case.
+``quantities(case, run)``: numbers of its own by name, each a `Metric` with its unit, for the metrics of the case.
 """
 
 from . import configuration_independence, lebus_drive, mssp_feedforward, single_tsm_force, tendon_drive_loop

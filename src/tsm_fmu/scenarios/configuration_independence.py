@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
+from ..cosim.metric import CaseMetrics, Metric
 from ..cosim.ssp import Case
 from ..cosim.system import Component, Connection, Experiment, System, Value
 from ..cosim.trajectory import Trajectory
@@ -100,10 +101,10 @@ def loop(fmus: Mapping[str, Path], name: str, route: Route) -> System:
     )
 
 
-def quantities(name: str, run: Trajectory) -> dict[str, float]:
+def quantities(name: str, run: Trajectory) -> dict[str, Metric]:
     """Tension ratio and elongation while the whole tendon slides, and how much of the time it does.
 
-    ``ratio_*_1``: mean T_a/(m g) while the follower runs; ``ratio_spread_1``: largest deviation from these means.
+    ``ratio_*``: mean T_a/(m g) while the follower runs; ``ratio_spread``: its largest peak-to-peak value either way.
     """
     moved = np.diff(run.columns["reference.y"], prepend=run.columns["reference.y"][0])
     window = EXPERIMENT.window(run.time)
@@ -112,15 +113,16 @@ def quantities(name: str, run: Trajectory) -> dict[str, float]:
     pull, release = ratio[runs & (moved > 0.0)], ratio[runs & (moved < 0.0)]
     if pull.size == 0 or release.size == 0:
         return {}
+    elongation = run.columns["transmission.elongation"]
     work = np.sum((run.columns["friction.y"] * moved)[window]) * RADIUS
     return {
-        "ratio_pull_1": float(np.mean(pull)),
-        "ratio_release_1": float(np.mean(release)),
-        "ratio_spread_1": max(float(np.ptp(pull)), float(np.ptp(release))),
-        "elongation_pull_mm": 1e3 * float(np.mean(run.columns["transmission.elongation"][runs & (moved > 0.0)])),
-        "elongation_release_mm": 1e3 * float(np.mean(run.columns["transmission.elongation"][runs & (moved < 0.0)])),
-        "running_percent": 100.0 * float(np.mean(runs[window])),
-        "friction_work_J": float(work),
+        "ratio_pull": Metric(float(np.mean(pull)), "1"),
+        "ratio_release": Metric(float(np.mean(release)), "1"),
+        "ratio_spread": Metric(max(float(np.ptp(pull)), float(np.ptp(release))), "1"),
+        "elongation_pull": Metric(1e3 * float(np.mean(elongation[runs & (moved > 0.0)])), "mm"),
+        "elongation_release": Metric(1e3 * float(np.mean(elongation[runs & (moved < 0.0)])), "mm"),
+        "running": Metric(100.0 * float(np.mean(runs[window])), "%"),
+        "friction_work": Metric(float(work), "J"),
     }
 
 
@@ -128,7 +130,10 @@ def comparison(cases: Mapping[str, Case]) -> dict[str, Any]:
     """Return what stands beside the metrics: angle and capstan ratio of each route."""
     return {
         "closed_forms": {
-            name: {"angle_deg": math.degrees(angle(route)), "ratio_pull_1": math.exp(MU * angle(route))}
+            name: {
+                "angle": Metric(math.degrees(angle(route)), "deg"),
+                "ratio_pull": Metric(math.exp(MU * angle(route)), "1"),
+            }
             for name, route in ROUTES.items()
         }
     }
@@ -139,20 +144,21 @@ ELASTIC_HEADING = ("route", "elongation, pull", "release [mm]", "runs [% of time
 
 
 def write_scenario_report(
-    path: Path, runs: Mapping[str, Trajectory], metrics: Mapping[str, Any], beside: Mapping[str, Any]
+    path: Path, runs: Mapping[str, Trajectory], metrics: Mapping[str, CaseMetrics], beside: Mapping[str, Any]
 ) -> Path:
     """Write the HTML report; return its path."""
-    found = {name: quantities(name, run) for name, run in runs.items()}
     forms = beside["closed_forms"]
     reference = next(iter(runs.values()))
     ratios, elastic = [], []
-    for name, q in found.items():
+    for name, own in metrics.items():
+        q = {quantity: metric.value for quantity, metric in own.quantities.items()}
         if not q:
             continue
         difference = runs[name].columns["friction.y"] - reference.columns["friction.y"]
         off = float(np.sqrt(np.mean(difference[EXPERIMENT.window(reference.time)] ** 2)))
-        ratios.append((name, *forms[name].values(), q["ratio_pull_1"], q["ratio_release_1"], q["friction_work_J"]))
-        elastic.append((name, q["elongation_pull_mm"], q["elongation_release_mm"], q["running_percent"], off))
+        closed = (metric.value for metric in forms[name].values())
+        ratios.append((name, *closed, q["ratio_pull"], q["ratio_release"], q["friction_work"]))
+        elastic.append((name, q["elongation_pull"], q["elongation_release"], q["running"], off))
     text = (
         "While the whole tendon slides, routes of one angle have the same tension ratio to all digits, and a route "
         "with less angle has a smaller one. Elongation, and with it the lost motion of a reversal, depends on where "

@@ -34,6 +34,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cosim.metric import CaseMetrics, Metric, Reported
 from ..cosim.ssp import Case
 from ..cosim.system import Component, Connection, Experiment, System, Value
 from ..cosim.trajectory import Trajectory
@@ -72,11 +73,17 @@ TURN = STROKE / SPEED
 STEP = 0.02
 EXPERIMENT = Experiment(stop=1570 * STEP, step=STEP, evaluate_from=STEP)
 """Evaluated from the first step on: at the start no compensator has moved the driver yet."""
-REPORTED: dict[str, dict[str, Any]] = {
-    f"{case}.uncompensated": {"forward_max_mm": FORWARD_MM[case], "reverse_max_mm": REVERSE_MM[case]}
+REPORTED: Reported = {
+    f"{case}.uncompensated": {
+        "forward_max": Metric(FORWARD_MM[case], "mm"),
+        "reverse_max": Metric(REVERSE_MM[case], "mm"),
+    }
     for case in FORWARD_MM
 } | {
-    f"{case}.compensated": {"forward_max_mm": RESIDUAL_FORWARD_MM, "reverse_max_mm": RESIDUAL_REVERSE_MM}
+    f"{case}.compensated": {
+        "forward_max": tuple(Metric(v, "mm") for v in RESIDUAL_FORWARD_MM),
+        "reverse_max": tuple(Metric(v, "mm") for v in RESIDUAL_REVERSE_MM),
+    }
     for case in ("m05_180", "m10_540")
 }
 """AME 2020: Figs 16 and 17; Figs 19 and 20 (one pair of ranges for both cases)."""
@@ -176,30 +183,30 @@ def square_wave(turn: float) -> dict[str, Value]:
     return {"kind": 2, "speed": 1.0, "stroke": turn}
 
 
-def quantities(name: str, run: Trajectory) -> dict[str, float]:
+def quantities(name: str, run: Trajectory) -> dict[str, Metric]:
     """Errors of the follower [mm of tendon] on the way there and back.
 
-    ``forward_*``: reference minus follower from the first step to the turn; ``reverse_max_mm``: largest deviation on
-    the way back; ``lost_motion_mm``: how much that error falls from the turn on.
+    ``forward_*``: reference minus follower from the first step to the turn; ``reverse_max``: largest deviation on
+    the way back; ``lost_motion``: how much that error falls from the turn on.
     """
     error = error_mm(run)
     there = (run.time > 0.5 * EXPERIMENT.step) & (run.time < TURN + 0.25 * STEP)
     back = run.time > TURN + 0.25 * STEP
-    found: dict[str, float] = {}
+    found: dict[str, float] = {}  # mm
     if there.any():
         worst = int(np.argmax(np.abs(error[there])))
         travel = 1e3 * RADIUS * run.columns["reference.y"]
         found |= {
-            "forward_max_mm": float(np.abs(error[there])[worst]),
-            "forward_max_at_mm": float(travel[there][worst]),
-            "forward_end_mm": float(error[there][-1]),
+            "forward_max": float(np.abs(error[there])[worst]),
+            "forward_max_at": float(travel[there][worst]),
+            "forward_end": float(error[there][-1]),
         }
     if back.any():
         found |= {
-            "reverse_max_mm": float(np.max(np.abs(error[back]))),
-            "lost_motion_mm": float(error[there][-1] - np.min(error[back])),
+            "reverse_max": float(np.max(np.abs(error[back]))),
+            "lost_motion": float(error[there][-1] - np.min(error[back])),
         }
-    return found
+    return {quantity: Metric(value, "mm") for quantity, value in found.items()}
 
 
 def error_mm(run: Trajectory) -> NDArray[np.float64]:
@@ -213,9 +220,9 @@ def comparison(cases: Mapping[str, Case]) -> dict[str, Any]:
 
 
 def write_scenario_report(
-    path: Path, runs: Mapping[str, Trajectory], metrics: Mapping[str, Any], beside: Mapping[str, Any]
+    path: Path, runs: Mapping[str, Trajectory], metrics: Mapping[str, CaseMetrics], beside: Mapping[str, Any]
 ) -> Path:
     """Write the HTML report; return its path."""
-    found = {name: quantities(name, run) for name, run in runs.items()}
+    found = {name: own.quantities for name, own in metrics.items()}
     errors = {name: error_mm(run) for name, run in runs.items()}
     return write_lebus_report(path, runs, found, errors, beside["reported"], CONTRADICTIONS)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import __version__
+from ..cosim.metric import Metric, Reported
 from ..cosim.trajectory import Trajectory
 from ..report import Line, Section, Table, loop_figure, time_figure, write_report
 from .papers import NAMES
@@ -17,14 +17,15 @@ from .papers import NAMES
 MM = 12.5
 """Tendon per radian of a wheel."""
 Errors = Mapping[str, NDArray[np.float64]]
+Found = Mapping[str, Mapping[str, Metric]]
 
 
 def write_lebus_report(
     path: Path,
     runs: Mapping[str, Trajectory],
-    found: Mapping[str, Mapping[str, float]],
+    found: Found,
     errors: Errors,
-    reported: Mapping[str, Mapping[str, Any]],
+    reported: Reported,
     contradictions: Sequence[tuple[str, float, str]],
 ) -> Path:
     """Write the report of `lebus_drive`; ``found`` are its quantities by case, ``errors`` in mm."""
@@ -42,22 +43,22 @@ def write_lebus_report(
     )
 
 
-def _table(found: Mapping[str, Mapping[str, float]], reported: Mapping[str, Mapping[str, Any]]) -> Section:
-    def rounded(q: Mapping[str, float], column: str) -> float | None:
-        return round(q[column], 3) + 0.0 if column in q else None  # no -0
+def _table(found: Found, reported: Reported) -> Section:
+    def rounded(q: Mapping[str, Metric], column: str) -> float | None:
+        return round(q[column].value, 3) + 0.0 if column in q else None  # no -0
 
     beside = [
         (
             name,
-            rounded(q, "forward_max_mm"),
-            _text(r["forward_max_mm"]),
-            rounded(q, "reverse_max_mm"),
-            _text(r["reverse_max_mm"]),
+            rounded(q, "forward_max"),
+            _text(r["forward_max"]),
+            rounded(q, "reverse_max"),
+            _text(r["reverse_max"]),
         )
         for name, q in found.items()
         if (r := reported.get(name)) is not None
     ]
-    columns = ("forward_max_mm", "forward_max_at_mm", "forward_end_mm", "reverse_max_mm", "lost_motion_mm")
+    columns = ("forward_max", "forward_max_at", "forward_end", "reverse_max", "lost_motion")
     every = [(name, *(rounded(q, column) for column in columns)) for name, q in found.items()]
     text = (
         "Errors in mm of tendon, reference minus follower. The way back is a consequence of the parameter slack, "
@@ -76,12 +77,12 @@ def _table(found: Mapping[str, Mapping[str, float]], reported: Mapping[str, Mapp
     return Section("Errors there and back", text, tables)
 
 
-def _fit(found: Mapping[str, Mapping[str, float]], reported: Mapping[str, Mapping[str, Any]]) -> str:
+def _fit(found: Found, reported: Reported) -> str:
     """How well one EA serves the four loads and bends."""
     pairs = [
-        (found[name]["forward_max_mm"], r["forward_max_mm"])
+        (found[name]["forward_max"].value, printed.value)
         for name, r in reported.items()
-        if name.endswith(".uncompensated") and "forward_max_mm" in found.get(name, {})
+        if isinstance(printed := r["forward_max"], Metric) and "forward_max" in found.get(name, {})
     ]
     if len(pairs) < len(NAMES):
         return ""
@@ -97,8 +98,8 @@ def _contradictions(contradictions: Sequence[tuple[str, float, str]]) -> Section
     return Section("Numbers of the paper that do not agree with each other", "", (table,))
 
 
-def _text(value: Any) -> Any:
-    return f"{value[0]:g} to {value[1]:g}" if isinstance(value, tuple) else value
+def _text(printed: Metric | tuple[Metric, ...]) -> float | str:
+    return printed.value if isinstance(printed, Metric) else " to ".join(f"{m.value:g}" for m in printed)
 
 
 def _condition(condition: str, runs: Mapping[str, Trajectory], errors: Errors) -> Section:

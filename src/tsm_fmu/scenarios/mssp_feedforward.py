@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
+from ..cosim.metric import CaseMetrics, Metric, Reported, Spread, spread
 from ..cosim.ssp import Case
 from ..cosim.system import Component, Connection, Experiment, System, Value
 from ..cosim.trajectory import Trajectory
@@ -65,18 +65,17 @@ MOTIONS = {"periodic": ("published", 9), "non_periodic": ("non_periodic", 5)}
 """Preset of ReferenceSignal, and how many of the variants below."""
 AMPLITUDE = math.radians(60.0)
 
-REPORTED = {
-    motion: {
-        "uncompensated": {"peak_to_peak_deg": MSSP_WIDTH_DEG[motion]},
-        "law_1": {
-            "peak_to_peak_deg": MSSP_RESIDUAL_DEG[motion],
-            "mean_deg": TRIALS[motion]["position_mean_deg"],
-            "std_deg": TRIALS[motion]["position_std_deg"],
-        },
+REPORTED: Reported = {
+    f"{motion}.uncompensated": {"peak_to_peak": Metric(MSSP_WIDTH_DEG[motion], "deg")} for motion in MOTIONS
+} | {
+    f"{motion}.law_1": {
+        "peak_to_peak": Metric(MSSP_RESIDUAL_DEG[motion], "deg"),
+        "mean": TRIALS[motion]["position_mean"],
+        "std": TRIALS[motion]["position_std"],
     }
     for motion in MOTIONS
 }
-"""MSSP 2015: Section 8 (peak to peak) and Tables 1 and 2 (mean and standard deviation, five trials)."""
+"""Tracking errors of MSSP 2015: Section 8 (peak to peak), Tables 1 and 2 (mean and standard deviation, five trials)."""
 
 
 def loop_height(beta: float, alpha: float, amplitude: float = AMPLITUDE) -> float:
@@ -163,7 +162,7 @@ def loop(
     return System(tuple(components), tuple(Connection(*wire) for wire in wires), name)
 
 
-def without_motor(case: Case) -> dict[str, float]:
+def without_motor(case: Case) -> Spread:
     """Tracking error [deg] of a case if the motor followed its command exactly, from the kernels themselves."""
     system, experiment = case
     values = {c.name: c.parameters for c in system.components}
@@ -177,16 +176,12 @@ def without_motor(case: Case) -> dict[str, float]:
 
     x_r = outputs("ReferenceSignal", "reference", None)
     x_in = outputs("FeedforwardCompensator", "compensator", x_r) if "compensator" in values else x_r
-    error = np.degrees(x_r - outputs("PairedTsmBacklash", "backlash", x_in))[experiment.window(time)]
-    return {
-        "mean_deg": float(np.mean(error)),
-        "std_deg": float(np.std(error)),
-        "peak_to_peak_deg": float(np.ptp(error)),
-    }
+    error = np.degrees(x_r - outputs("PairedTsmBacklash", "backlash", x_in))
+    return spread(error[experiment.window(time)], "deg")
 
 
-def closed_forms() -> dict[str, float]:
-    """Peak-to-peak errors [deg] of the published plant, periodic motion: models of the paper in closed form."""
+def closed_forms() -> dict[str, Metric]:
+    """Peak-to-peak errors of the published plant, periodic motion: models of the paper in closed form."""
     p = kernel("PairedTsmBacklash").params("published")
     ratio = 2.0 * abs(p.beta) / p.c
     found: Any = minimize_scalar(
@@ -194,30 +189,23 @@ def closed_forms() -> dict[str, float]:
     )
     y = found.x
     law_1 = 2.0 * abs(p.beta) / p.alpha * y * (1.0 - math.exp(-ratio * (1.0 - y)))
-    return {
-        "uncompensated": math.degrees(2.0 * loop_height(p.beta, p.alpha)),
-        "law_1": math.degrees(2.0 * law_1),
-        "law_2": 0.0,
-    }
+    forms = {"uncompensated": 2.0 * loop_height(p.beta, p.alpha), "law_1": 2.0 * law_1, "law_2": 0.0}
+    return {variant: Metric(math.degrees(width), "deg") for variant, width in forms.items()}
 
 
 def comparison(cases: Mapping[str, Case]) -> dict[str, Any]:
     """Return what stands beside the metrics: the paper's numbers, closed forms, the loop without motor, margins."""
-    nested: dict[str, Any] = {}
-    for name, case in cases.items():
-        motion, _, variant = name.partition(".")
-        nested.setdefault(motion, {})[variant] = without_motor(case)
     return {
         "reported": REPORTED,
         "reported_friction": mssp_haptic.REPORTED,
         "closed_forms": closed_forms(),
-        "without_motor": nested,
-        "controller": asdict(design_pid(step=EXPERIMENT.step)),
+        "without_motor": {name: without_motor(case) for name, case in cases.items()},
+        "controller": design_pid(step=EXPERIMENT.step).metrics(),
     }
 
 
 def write_scenario_report(
-    path: Path, runs: Mapping[str, Trajectory], metrics: Mapping[str, Any], beside: Mapping[str, Any]
+    path: Path, runs: Mapping[str, Trajectory], metrics: Mapping[str, CaseMetrics], beside: Mapping[str, Any]
 ) -> Path:
     """Write the HTML report; ``beside`` is from `comparison`. Return its path."""
     return write_mssp_report(path, runs, metrics, beside)

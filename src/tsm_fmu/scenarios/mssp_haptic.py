@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cosim.metric import Metric, Reported, spread
 from ..cosim.system import Component, Connection, System, Value
 from ..cosim.trajectory import Trajectory
 from ..kernels.kernel import kernel
@@ -31,11 +32,15 @@ RECORD = ("motor.omega", "haptic.tau_out", "haptic_lugre.tau_out")
 FROM = 10.0
 """Evaluated from here on [s], as the tracking error."""
 
-REPORTED: dict[str, dict[str, Any]] = {
-    f"{motion}.law_1": {"mean_N": columns["friction_mean_N"], "std_N": columns["friction_std_N"]}
+WIDTH = {"periodic": {"peak_to_peak": Metric(MSSP_FRICTION_ERROR_N, "N")}}
+REPORTED: Reported = {
+    f"{motion}.law_1": {
+        "mean": columns["friction_mean"],
+        "std": columns["friction_std"],
+        **WIDTH.get(motion, {}),
+    }
     for motion, columns in TRIALS.items()
 }
-REPORTED["periodic.law_1"]["peak_to_peak_N"] = MSSP_FRICTION_ERROR_N
 """MSSP 2015: friction columns of Tables 1 and 2 (five trials), and Fig. 11."""
 
 
@@ -72,21 +77,17 @@ def lugre() -> dict[str, Value]:
     }
 
 
-def quantities(name: str, run: Trajectory) -> dict[str, float]:
+def quantities(name: str, run: Trajectory) -> dict[str, Metric]:
     """Errors of the distal torque, as friction force at the pulley like Tables 1 and 2."""
     window = run.time >= FROM - 1e-9
-    found: dict[str, float] = {}
+    found: dict[str, Metric] = {}
     for estimator in ESTIMATORS:
         if f"{estimator}.tau_out" not in run.columns or not window.any():
             continue
         error = friction_error(run, estimator)[window]
-        found |= {
-            f"{estimator}_mean_N": float(np.mean(error)),
-            f"{estimator}_std_N": float(np.std(error)),
-            f"{estimator}_peak_to_peak_N": float(np.ptp(error)),
-        }
+        found |= {f"{estimator}_{k}": metric for k, metric in spread(error, "N").metrics().items()}
     if found:
-        found["friction_std_N"] = float(np.std(run.columns["friction.F"][window]))
+        found["friction_std"] = Metric(float(np.std(run.columns["friction.F"][window])), "N")
     return found
 
 
@@ -102,13 +103,13 @@ def section(runs: Mapping[str, Trajectory]) -> Section | None:
     for name, run in runs.items():
         found, paper = quantities(name, run), REPORTED.get(name, {})
         for estimator in ESTIMATORS:
-            if f"{estimator}_std_N" in found:
-                values = (found[f"{estimator}_{k}_N"] for k in ("mean", "std", "peak_to_peak"))
+            if f"{estimator}_std" in found:
+                values = (found[f"{estimator}_{k}"].value for k in ("mean", "std", "peak_to_peak"))
                 rows.append((name, estimator, *(round(v, 6) + 0.0 for v in values)))
         if found and paper:
-            spread = paper["std_N"]
-            rows.append((name, "paper", _range(paper["mean_N"]), _range(spread), paper.get("peak_to_peak_N")))
-            share = 100.0 * float(np.mean(spread)) / found["friction_std_N"]
+            rows.append((name, "paper", *(_printed(paper.get(k)) for k in ("mean", "std", "peak_to_peak"))))
+            stds = [trial.value for trial in TRIALS[name.partition(".")[0]]["friction_std"]]
+            share = 100.0 * float(np.mean(stds)) / found["friction_std"].value
             rows.append((name, "paper, std over that of F here", "", f"{share:.1f} %", ""))
         if found:
             figures += _figures(name, run)
@@ -127,8 +128,10 @@ def section(runs: Mapping[str, Trajectory]) -> Section | None:
     )
 
 
-def _range(values: tuple[float, ...]) -> str:
-    return f"{min(values):g} to {max(values):g}"
+def _printed(found: Metric | tuple[Metric, ...] | None) -> float | str | None:
+    if isinstance(found, tuple):
+        return f"{min(m.value for m in found):g} to {max(m.value for m in found):g}"
+    return None if found is None else found.value
 
 
 def _figures(name: str, run: Trajectory) -> list[Any]:

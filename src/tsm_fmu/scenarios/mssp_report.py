@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
+from ..cosim.metric import CaseMetrics, Metric
 from ..cosim.trajectory import Trajectory
 from ..report import Line, Section, Table, loop_figure, time_figure, write_report
 from . import mssp_haptic
@@ -17,7 +18,7 @@ _HEADING = ("case", "peak to peak [deg]", "mean [deg]", "std [deg]", "without mo
 
 
 def write_mssp_report(
-    path: Path, runs: Mapping[str, Trajectory], metrics: Mapping[str, Any], beside: Mapping[str, Any]
+    path: Path, runs: Mapping[str, Trajectory], metrics: Mapping[str, CaseMetrics], beside: Mapping[str, Any]
 ) -> Path:
     """Write the report of `mssp_feedforward`; ``beside`` is its `comparison`."""
     sections = [_tracking(runs, metrics, beside), _tables(metrics, beside), _controller(beside["controller"])]
@@ -25,33 +26,20 @@ def write_mssp_report(
     sections += [haptic] if haptic is not None else []
     sections += [_case(name, run) for name, run in runs.items()]
     first = next(iter(runs))
-    own = _of(metrics, first)
+    own, error = metrics[first], metrics[first].tracked()
     summary = (
-        f"Tracking error of {first.replace('_', ' ')} from {own['from_s']:g} to {own['to_s']:g} s: "
-        f"{own['peak_to_peak_deg']:.3f} deg peak to peak, standard deviation {own['std_deg']:.3f} deg."
+        f"Tracking error of {first.replace('_', ' ')} from {own.begin.value:g} to {own.end.value:g} s: "
+        f"{error.peak_to_peak:.3f} deg peak to peak, standard deviation {error.std:.3f} deg."
     )
     return write_report(path, "Feedforward compensation (MSSP 2015)", summary, sections, {"tsm-fmu": __version__})
 
 
-def _of(metrics: Mapping[str, Any], name: str) -> Any:
-    place: Any = metrics
-    for part in name.split("."):
-        place = place.get(part, {}) if "peak_to_peak_deg" not in place else place
-    return place
-
-
-def _tracking(runs: Mapping[str, Trajectory], metrics: Mapping[str, Any], beside: Mapping[str, Any]) -> Section:
+def _tracking(runs: Mapping[str, Trajectory], metrics: Mapping[str, CaseMetrics], beside: Mapping[str, Any]) -> Section:
     rows = []
     for name in runs:
-        own, paper = _of(metrics, name), _of(beside["reported"], name)
-        rows.append(
-            (
-                name,
-                *(own[f"{k}_deg"] for k in ("peak_to_peak", "mean", "std")),
-                _of(beside["without_motor"], name).get("peak_to_peak_deg"),
-                paper.get("peak_to_peak_deg"),
-            )
-        )
+        own, paper = metrics[name].tracked(), beside["reported"].get(name, {}).get("peak_to_peak")
+        ideal = beside["without_motor"][name].peak_to_peak
+        rows.append((name, own.peak_to_peak, own.mean, own.std, ideal, None if paper is None else paper.value))
     text = (
         "Error x_r - x_out of the co-simulated loop. 'Without motor' is the same plant moved exactly as commanded: the "
         "difference is the tracking error of the position loop. The published plant runs backwards after a reversal "
@@ -59,38 +47,31 @@ def _tracking(runs: Mapping[str, Trajectory], metrics: Mapping[str, Any], beside
         "width with B = 0.65 and 0.70 give the 3 deg that the paper reports for law 1."
     )
     forms = beside["closed_forms"]
-    closed = Table(("closed form (models of the paper)", "value [deg]"), list(forms.items()))
+    closed = Table(
+        ("closed form (models of the paper)", "value [deg]"), [(name, form.value) for name, form in forms.items()]
+    )
     return Section("Tracking error", text, (Table(_HEADING, rows), closed))
 
 
-def _tables(metrics: Mapping[str, Any], beside: Mapping[str, Any]) -> Section:
+def _tables(metrics: Mapping[str, CaseMetrics], beside: Mapping[str, Any]) -> Section:
     rows = []
-    for motion, variants in beside["reported"].items():
-        paper, own = variants["law_1"], _of(metrics, f"{motion}.law_1")
-        if "std_deg" not in own:
+    for name, paper in beside["reported"].items():
+        if name not in metrics or "mean" not in paper:
             continue
-        for trial, (mean, std) in enumerate(zip(paper["mean_deg"], paper["std_deg"], strict=True), start=1):
-            rows.append((motion, trial, mean, std, own["mean_deg"], own["std_deg"]))
+        own, motion = metrics[name].tracked(), name.partition(".")[0]
+        for trial, (mean, std) in enumerate(zip(paper["mean"], paper["std"], strict=True), start=1):
+            rows.append((motion, trial, mean.value, std.value, own.mean, own.std))
     heading = ("motion", "trial", "paper: mean [deg]", "paper: std [deg]", "ours: mean [deg]", "ours: std [deg]")
     return Section("Tables 1 and 2 of the paper", "Law 1 on the published plant.", (Table(heading, rows),))
 
 
-def _controller(pid: Mapping[str, float]) -> Section:
-    rows = [
-        ("kp [V/rad]", pid["kp"]),
-        ("ki [V/(rad s)]", pid["ki"]),
-        ("kd [V s/rad]", pid["kd"]),
-        ("T_f [s]", pid["T_f"]),
-        ("gain crossover [rad/s]", pid["crossover"]),
-        ("gain margin [dB]", pid["gain_margin_db"]),
-        ("phase margin [deg]", pid["phase_margin_deg"]),
-        ("delay margin [s]", pid["delay_margin_s"]),
-    ]
+def _controller(pid: Mapping[str, Metric]) -> Section:
+    rows = [(name, m.value, m.unit) for name, m in pid.items()]
     text = (
         "Designed with python-control on the linear motor, with the delay of half a communication step. The paper "
         "prints no gains."
     )
-    return Section("Position controller", text, (Table(("quantity", "value"), rows),))
+    return Section("Position controller", text, (Table(("quantity", "value", "unit"), rows),))
 
 
 def _case(name: str, run: Trajectory) -> Section:

@@ -5,6 +5,13 @@ Scenarios show them beside their results; `reproduce` adds how far a computed va
 
 from __future__ import annotations
 
+from ..cosim.metric import Metric
+
+
+def _trials(unit: str, *values: float) -> tuple[Metric, ...]:
+    return tuple(Metric(value, unit) for value in values)
+
+
 ERROR_N = {"iftomm2013": 0.4, "mmt2015": 1.0}
 """Largest error of the distal force: IFToMM 2013 page 8; MMT 2015 Section 5, Fig. 6(c)."""
 MMT_MSE_LUGRE, MMT_MSE_PERIODIC, MMT_MSE_NON_PERIODIC = 1.4538, 0.027, 0.0419
@@ -20,16 +27,16 @@ MSSP_FRICTION_ERROR_N = 1.4216
 """MSSP 2015 Section 8, Fig. 11: peak to peak of the friction error, periodic motion."""
 TRIALS = {
     "periodic": {
-        "position_mean_deg": (0.0150, -0.0036, 0.0168, 0.0185, 0.0095),
-        "position_std_deg": (0.5804, 0.6001, 0.5963, 0.5803, 0.5937),
-        "friction_mean_N": (-0.0124, -0.0018, -0.0035, -0.0125, -0.0096),
-        "friction_std_N": (0.2261, 0.2253, 0.2227, 0.2241, 0.2243),
+        "position_mean": _trials("deg", 0.0150, -0.0036, 0.0168, 0.0185, 0.0095),
+        "position_std": _trials("deg", 0.5804, 0.6001, 0.5963, 0.5803, 0.5937),
+        "friction_mean": _trials("N", -0.0124, -0.0018, -0.0035, -0.0125, -0.0096),
+        "friction_std": _trials("N", 0.2261, 0.2253, 0.2227, 0.2241, 0.2243),
     },
     "non_periodic": {
-        "position_mean_deg": (0.0602, -0.0804, -0.0165, -0.0659, -0.0878),
-        "position_std_deg": (0.8157, 0.8007, 0.7937, 0.7917, 0.7829),
-        "friction_mean_N": (0.1070, -0.0188, 0.1335, -0.1015, 0.1187),
-        "friction_std_N": (0.2351, 0.2325, 0.2360, 0.2318, 0.2231),
+        "position_mean": _trials("deg", 0.0602, -0.0804, -0.0165, -0.0659, -0.0878),
+        "position_std": _trials("deg", 0.8157, 0.8007, 0.7937, 0.7917, 0.7829),
+        "friction_mean": _trials("N", 0.1070, -0.0188, 0.1335, -0.1015, 0.1187),
+        "friction_std": _trials("N", 0.2351, 0.2325, 0.2360, 0.2318, 0.2231),
     },
 }
 """MSSP 2015 Tables 1 and 2: five trials each."""

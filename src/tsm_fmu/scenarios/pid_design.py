@@ -18,6 +18,7 @@ from typing import Any
 import control
 import numpy as np
 
+from ..cosim.metric import Metric
 from ..kernels.kernel import kernel
 
 
@@ -48,6 +49,19 @@ class PidDesign:
     def gains(self) -> dict[str, float]:
         """Parameter values of PidController."""
         return {"kp": self.kp, "ki": self.ki, "kd": self.kd, "T_f": self.T_f}
+
+    def metrics(self) -> dict[str, Metric]:
+        """Gains and margins with their units."""
+        return {
+            "kp": Metric(self.kp, "V/rad"),
+            "ki": Metric(self.ki, "V/(rad.s)"),
+            "kd": Metric(self.kd, "V.s/rad"),
+            "T_f": Metric(self.T_f, "s"),
+            "gain_crossover": Metric(self.crossover, "rad/s"),
+            "gain_margin": Metric(self.gain_margin_db, "dB"),
+            "phase_margin": Metric(self.phase_margin_deg, "deg"),
+            "delay_margin": Metric(self.delay_margin_s, "s"),
+        }
 
 
 def motor_model(motor: Any) -> Any:

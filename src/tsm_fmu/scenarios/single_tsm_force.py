@@ -28,6 +28,7 @@ from typing import Any
 
 import numpy as np
 
+from ..cosim.metric import CaseMetrics, Metric, Reported, spread
 from ..cosim.ssp import Case
 from ..cosim.system import Component, Connection, Experiment, System, Value
 from ..cosim.trajectory import Trajectory
@@ -51,11 +52,14 @@ R = 0.025
 T_MEAN = 18.0
 """Pretension of the spring at x = 0 [N]; assumed."""
 
-REPORTED: dict[str, dict[str, float]] = {
-    "modified_lugre.periodic.lugre": {"error_mse_N2": MMT_MSE_LUGRE},
-    "modified_lugre.periodic.same": {"error_mse_N2": MMT_MSE_PERIODIC, "error_peak_to_peak_N": ERROR_N["mmt2015"]},
-    "modified_lugre.non_periodic.same": {"error_mse_N2": MMT_MSE_NON_PERIODIC},
-    "bouc_wen.multi_periodic.same": {"error_peak_to_peak_N": ERROR_N["iftomm2013"]},
+REPORTED: Reported = {
+    "modified_lugre.periodic.lugre": {"error_mse": Metric(MMT_MSE_LUGRE, "N2")},
+    "modified_lugre.periodic.same": {
+        "error_mse": Metric(MMT_MSE_PERIODIC, "N2"),
+        "error_peak_to_peak": Metric(ERROR_N["mmt2015"], "N"),
+    },
+    "modified_lugre.non_periodic.same": {"error_mse": Metric(MMT_MSE_NON_PERIODIC, "N2")},
+    "bouc_wen.multi_periodic.same": {"error_peak_to_peak": Metric(ERROR_N["iftomm2013"], "N")},
 }
 """MMT 2015, Sections 3.1 and 5; IFToMM 2013, page 8: model against a measurement that is not published."""
 
@@ -205,20 +209,18 @@ def baseline(sheath: Sheath) -> dict[str, Value]:
     return {"sigma0": stiffness, "sigma1": 0.0, "sigma2": 0.0, "F_c": level, "F_s": level, "v_s": 1.0}
 
 
-def quantities(name: str, run: Trajectory) -> dict[str, float]:
+def quantities(name: str, run: Trajectory) -> dict[str, Metric]:
     """Error of the estimated distal tension, beside the friction that it is about."""
     window = EXPERIMENT.window(run.time)
     error, force = run.columns["error.y"][window], run.columns["plant.F"][window]
     rms = float(np.sqrt(np.mean(error**2)))
     return {
-        "error_mean_N": float(np.mean(error)),
-        "error_std_N": float(np.std(error)),
-        "error_rms_N": rms,
-        "error_peak_to_peak_N": float(np.ptp(error)),
-        "error_mse_N2": rms * rms,
-        "friction_min_N": float(np.min(force)),
-        "friction_max_N": float(np.max(force)),
-        "error_over_friction_percent": 100.0 * rms / float(np.sqrt(np.mean(force**2))),
+        **{f"error_{name}": metric for name, metric in spread(error, "N").metrics().items()},
+        "error_rms": Metric(rms, "N"),
+        "error_mse": Metric(rms * rms, "N2"),
+        "friction_min": Metric(float(np.min(force)), "N"),
+        "friction_max": Metric(float(np.max(force)), "N"),
+        "error_over_friction": Metric(100.0 * rms / float(np.sqrt(np.mean(force**2))), "%"),
     }
 
 
@@ -228,8 +230,8 @@ def comparison(cases: Mapping[str, Case]) -> dict[str, Any]:
 
 
 def write_scenario_report(
-    path: Path, runs: Mapping[str, Trajectory], metrics: Mapping[str, Any], beside: Mapping[str, Any]
+    path: Path, runs: Mapping[str, Trajectory], metrics: Mapping[str, CaseMetrics], beside: Mapping[str, Any]
 ) -> Path:
     """Write the HTML report; return its path."""
-    found = {name: quantities(name, run) for name, run in runs.items()}
+    found = {name: own.quantities for name, own in metrics.items()}
     return write_single_tsm_report(path, runs, found, beside["reported"])

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__
+from ..cosim.metric import Metric, Reported
 from ..cosim.trajectory import Trajectory
 from ..report import Line, Section, Table, loop_figure, time_figure, write_report
+from .papers import MMT_MSE_LUGRE, MMT_MSE_PERIODIC
 
 R = 0.025
 WINDOWS = {"dahl": 2.0}
@@ -28,15 +30,15 @@ FIGURES = {
 def write_single_tsm_report(
     path: Path,
     runs: Mapping[str, Trajectory],
-    found: Mapping[str, Mapping[str, float]],
-    reported: Mapping[str, Mapping[str, float]],
+    found: Mapping[str, Mapping[str, Metric]],
+    reported: Reported,
 ) -> Path:
     """Write the report of `single_tsm_force`; ``found`` are its quantities by case."""
     groups: dict[str, dict[str, Trajectory]] = {}
     for name, run in runs.items():
         group, _, estimator = name.rpartition(".")
         groups.setdefault(group, {})[estimator] = run
-    wrong = {n: q["error_over_friction_percent"] for n, q in found.items() if n.endswith(".lugre")}
+    wrong = {n: q["error_over_friction"].value for n, q in found.items() if n.endswith(".lugre")}
     summary = "Distal tension of a single tendon-sheath mechanism, estimated from the drive side alone."
     if wrong:
         least, most = min(wrong.values()), max(wrong.values())
@@ -48,15 +50,16 @@ def write_single_tsm_report(
     return write_report(path, "Distal tension from proximal signals", summary, sections, {"tsm-fmu": __version__})
 
 
-def _table(found: Mapping[str, Mapping[str, float]], reported: Mapping[str, Mapping[str, float]]) -> Section:
-    columns = ("error_mean_N", "error_std_N", "error_peak_to_peak_N", "error_mse_N2", "error_over_friction_percent")
+def _table(found: Mapping[str, Mapping[str, Metric]], reported: Reported) -> Section:
+    columns = ("error_mean", "error_std", "error_peak_to_peak", "error_mse", "error_over_friction")
     heading = ("case", "mean", "std", "peak to peak", "MSE", "rms, % of F")
-    rows = [(name, *(_rounded(q[column]) for column in columns)) for name, q in found.items()]
+    rows = [(name, *(_rounded(q[column].value) for column in columns)) for name, q in found.items()]
     beside = [
-        (name, quantity, value, _rounded(found[name][quantity]))
+        (name, f"{quantity} [{printed.unit}]", printed.value, _rounded(found[name][quantity].value))
         for name, numbers in reported.items()
         if name in found
-        for quantity, value in numbers.items()
+        for quantity, printed in numbers.items()
+        if isinstance(printed, Metric)
     ]
     text = (
         "Error T_out - T_load from 5 s on. With the plant's own model and parameters the estimate is exact: sign and "
@@ -65,22 +68,22 @@ def _table(found: Mapping[str, Mapping[str, float]], reported: Mapping[str, Mapp
         "costs.\n\n"
     )
     tables = [Table(heading, rows, "[N], MSE in N2"), Table(("case", "quantity", "paper", "here"), beside)]
-    return Section("Error of the distal tension", text + _published_lugre(found, reported), tables)
+    return Section("Error of the distal tension", text + _published_lugre(found), tables)
 
 
 def _rounded(value: float) -> float:
     return round(value, 6) + 0.0  # no -0
 
 
-def _published_lugre(found: Mapping[str, Mapping[str, float]], reported: Mapping[str, Mapping[str, float]]) -> str:
+def _published_lugre(found: Mapping[str, Mapping[str, Metric]]) -> str:
     """Whether the two MSE of MMT 2015 can be about one measurement: triangle inequality of the rms values."""
-    law = sqrt(reported["modified_lugre.periodic.lugre"]["error_mse_N2"])
-    model = sqrt(reported["modified_lugre.periodic.same"]["error_mse_N2"])
+    law, model = sqrt(MMT_MSE_LUGRE), sqrt(MMT_MSE_PERIODIC)
     least, most = (law - model) ** 2, (law + model) ** 2
     words = [
         f"{order} gives {mse:.3f}, {'inside' if least <= mse <= most else 'outside'}"
         for order, name in (("the printed order of the pull branches", "modified"), ("the swapped one", "swapped"))
-        if (mse := found.get(f"{name}_lugre.periodic.lugre", {}).get("error_mse_N2")) is not None
+        if (metric := found.get(f"{name}_lugre.periodic.lugre", {}).get("error_mse")) is not None
+        for mse in [metric.value]
     ]
     if not words:
         return ""

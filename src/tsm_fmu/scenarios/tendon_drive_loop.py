@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
+from ..cosim.metric import CaseMetrics, Metric
 from ..cosim.ssp import Case
 from ..cosim.system import Component, Connection, Experiment, System, Value
 from ..cosim.trajectory import Trajectory
@@ -103,18 +104,18 @@ def loop(fmus: Mapping[str, Path], name: str, feedback: str, load: Mapping[str, 
     return System(tuple(components), tuple(Connection(*wire) for wire in wires), name)
 
 
-def quantities(name: str, run: Trajectory) -> dict[str, float]:
+def quantities(name: str, run: Trajectory) -> dict[str, Metric]:
     """Work at both ends of the drive over the window, and the largest torque and voltage."""
     window = EXPERIMENT.window(run.time)
     angle_in, angle_out = (run.columns[c][window] for c in ("motor.phi", "drive.x_out"))
     torque_in, torque_out = (run.columns[c][window] for c in ("drive.tau_in", "load.tau"))
     work_in, work_out = _work(torque_in, angle_in), _work(torque_out, angle_out)
     return {
-        "work_in_J": work_in,
-        "work_out_J": work_out,
-        "lost_J": work_in - work_out,
-        "torque_peak_Nm": float(np.max(np.abs(torque_in))),
-        "voltage_peak_V": float(np.max(np.abs(run.columns["controller.u"][window]))),
+        "work_in": Metric(work_in, "J"),
+        "work_out": Metric(work_out, "J"),
+        "work_lost": Metric(work_in - work_out, "J"),
+        "torque_peak": Metric(float(np.max(np.abs(torque_in))), "N.m"),
+        "voltage_peak": Metric(float(np.max(np.abs(run.columns["controller.u"][window]))), "V"),
     }
 
 
@@ -128,16 +129,16 @@ def comparison(cases: Mapping[str, Case]) -> dict[str, Any]:
 
 
 def write_scenario_report(
-    path: Path, runs: Mapping[str, Trajectory], metrics: Mapping[str, Any], beside: Mapping[str, Any]
+    path: Path, runs: Mapping[str, Trajectory], metrics: Mapping[str, CaseMetrics], beside: Mapping[str, Any]
 ) -> Path:
     """Write the HTML report; return its path."""
     rows, tracking, curves = [], [], []
     for name, run in runs.items():
         window = EXPERIMENT.window(run.time)
-        error = np.degrees(run.columns["error.y"])
-        spread = (float(np.mean(error[window])), float(np.std(error[window])), float(np.ptp(error[window])))
-        rows.append((name, *spread, *quantities(name, run).values()))
-        tracking.append(Line(name, run.time, error))
+        error = metrics[name].tracked()
+        numbers = (metric.value for metric in metrics[name].quantities.values())
+        rows.append((name, error.mean, error.std, error.peak_to_peak, *numbers))
+        tracking.append(Line(name, run.time, np.degrees(run.columns["error.y"])))
         curves.append(Line(name, np.degrees(run.columns["motor.phi"][window]), run.columns["drive.tau_in"][window]))
     heading = (
         "case",

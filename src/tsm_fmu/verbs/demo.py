@@ -16,6 +16,7 @@ import numpy as np
 from .. import __version__
 from ..card import ModelCard, write_card
 from ..cosim.cases import chosen, run_cases, statistics
+from ..cosim.metric import CaseMetrics, Metric
 from ..cosim.replay import agreement, replay
 from ..cosim.trajectory import Trajectory
 from ..fmu.build import build_fmu
@@ -29,6 +30,7 @@ from ..models.contract import InputError
 from ..regression.specification import fit_run, per_run_fields, search_space
 from ..report import Line, Section, Table, loop_figure, time_figure, write_report
 from ..scenarios import mssp_feedforward
+from ..scenarios.papers import MSSP_RESIDUAL_DEG, MSSP_WIDTH_DEG
 from .samples import sample
 
 MODEL = "PairedTsmBacklash"
@@ -104,8 +106,8 @@ def _replayed(fmu: Path, card: ModelCard, fitted: Fit, record: Record) -> dict[s
     part = Record(record.name, record.time[scored], {k: v[scored] for k, v in record.columns.items()}, record.units)
     return {
         "run": run,
-        "rmse_deg": float(np.degrees(agreement(part.time, cut, part)[CHANNEL].rmse)),
-        "line_deg": float(np.degrees(np.sqrt(np.mean(line**2)))),
+        "rmse": Metric(float(np.degrees(agreement(part.time, cut, part)[CHANNEL].rmse)), "deg"),
+        "line": Metric(float(np.degrees(np.sqrt(np.mean(line**2)))), "deg"),
         "lost_motion": lambda angle: angle - values["c"] * record.columns["x_in"] - values["x_0"],
         "from_kernel": float(np.max(np.abs(run.columns[CHANNEL] - alone[:, 0]))),
     }
@@ -115,18 +117,17 @@ def _report(
     out: Path,
     fmus: Mapping[str, Path],
     runs: Mapping[str, Trajectory],
-    metrics: Mapping[str, Any],
+    metrics: Mapping[str, CaseMetrics],
     fitted: Fit,
     replays: Mapping[str, Mapping[str, Any]],
     records: Sequence[Record],
 ) -> Path:
     first, second = (replays[r.name] for r in records)
-    width = metrics["periodic"]["uncompensated"]["peak_to_peak_deg"]
-    reported = mssp_feedforward.REPORTED["periodic"]["uncompensated"]["peak_to_peak_deg"]
+    width, reported = metrics["periodic.uncompensated"].tracked().peak_to_peak, MSSP_WIDTH_DEG["periodic"]
     summary = (
-        f"The sample log was fitted to {first['rmse_deg']:.2f} deg RMSE where a straight line leaves "
-        f"{first['line_deg']:.2f}, another motion it had not seen to {second['rmse_deg']:.2f} deg "
-        f"({second['line_deg']:.2f}), both replayed through the exported FMU. The co-simulated loop of MSSP 2015 has "
+        f"The sample log was fitted to {first['rmse'].value:.2f} deg RMSE where a straight line leaves "
+        f"{first['line'].value:.2f}, another motion it had not seen to {second['rmse'].value:.2f} deg "
+        f"({second['line'].value:.2f}), both replayed through the exported FMU. The co-simulated loop of MSSP 2015 has "
         f"{width:.2f} deg of hysteresis without compensation; the paper reports {reported:g}."
     )
     roles = ("fitted", "not fitted")
@@ -159,7 +160,8 @@ def _replay_section(record: Record, found: Mapping[str, Any], role: str) -> Sect
         Line("FMU", record.time, np.degrees(simulated)),
     ]
     text = (
-        f"RMSE {found['rmse_deg']:.3f} deg from {SETTLED:g} s on; the best straight line {found['line_deg']:.3f} deg. "
+        f"RMSE {found['rmse'].value:.3f} deg from {SETTLED:g} s on; "
+        f"the best straight line {found['line'].value:.3f} deg. "
         f"The FMU differs from the kernel by at most {found['from_kernel']:.1e} rad."
     )
     return Section(
@@ -184,21 +186,20 @@ def _parameters(fitted: Fit) -> Section:
     return Section(f"Fitted parameters of {fitted.kernel.name}", text, (table,))
 
 
-def _loop_section(runs: Mapping[str, Trajectory], metrics: Mapping[str, Any]) -> Section:
+def _loop_section(runs: Mapping[str, Trajectory], metrics: Mapping[str, CaseMetrics]) -> Section:
     forms = mssp_feedforward.closed_forms()
-    reported = mssp_feedforward.REPORTED["periodic"]
     rows = []
     for name in CASES:
         variant = name.partition(".")[2]
-        own, paper = metrics["periodic"][variant], reported.get(variant, reported["law_1"])
-        ours = (own["peak_to_peak_deg"], own["mean_deg"], own["std_deg"])
-        rows.append((variant, *ours, forms.get(variant), paper["peak_to_peak_deg"]))
+        own, form = metrics[name].tracked(), forms.get(variant)
+        paper = (MSSP_WIDTH_DEG if variant == "uncompensated" else MSSP_RESIDUAL_DEG)["periodic"]
+        rows.append((variant, own.peak_to_peak, own.mean, own.std, None if form is None else form.value, paper))
     heading = ("case", "peak to peak [deg]", "mean [deg]", "std [deg]", "closed form [deg]", "paper [deg]")
     text = (
         "Reference, compensator, PID controller, DC motor, paired tendon-sheath drive (backlash and friction) and "
         "load, each an FMU, 60 deg at 0.2 Hz; error x_r - x_out from 10 to 20 s. With the published parameters the "
-        f"printed law (law_1) cannot do better than {forms['law_1']:.2f} deg with a perfect model; b065 is a plant "
-        "of the same loop width whose output does not run backwards after a reversal."
+        f"printed law (law_1) cannot do better than {forms['law_1'].value:.2f} deg with a perfect model; b065 is a "
+        "plant of the same loop width whose output does not run backwards after a reversal."
     )
     errors = [Line(n.partition(".")[2], r.time, np.degrees(r.columns["error.y"])) for n, r in runs.items()]
     return Section(

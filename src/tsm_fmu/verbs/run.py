@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..cosim.cases import joined, run_cases, statistics
+from ..cosim.metric import CaseMetrics, Spread
 from ..cosim.ssp import write_ssp
 from ..cosim.system_report import write_system_report
 from ..cosim.trajectory import SimulationInterrupted, SimulationStopped, Trajectory, write_trajectory
 from ..logs.display import display
+from ..logs.plain_json import finite
 from ..models.contract import InputError
 from ..report.text import text_table
 from . import TIME_LIMIT
@@ -36,8 +38,8 @@ class RunResult:
         The scenario, or the name of the SSP.
     cases : mapping of str to Trajectory
         Recorded signals by case.
-    metrics : mapping
-        Statistics of every signal by case, and the numbers that a scenario computes itself.
+    metrics : mapping of str to CaseMetrics
+        By case: statistics of every signal, and the numbers that a scenario computes itself.
     comparison : mapping
         What the paper of a scenario prints beside them; empty for an SSP.
     results, report : Path or None
@@ -46,7 +48,7 @@ class RunResult:
 
     name: str
     cases: Mapping[str, Trajectory]
-    metrics: Mapping[str, Any]
+    metrics: Mapping[str, CaseMetrics]
     comparison: Mapping[str, Any]
     results: Path | None = None
     report: Path | None = None
@@ -58,13 +60,18 @@ class RunResult:
 
     def summary(self) -> str:
         """Statistics of the signals, and the numbers of the scenario, as text."""
-        parts = []
-        if signals := _rows(self.metrics, ()):
-            rows = [(n, *(f"{s[k]:.5g}" for k in ("mean", "std", "peak_to_peak")), unit) for n, unit, s in signals]
-            parts.append(text_table(("signal", "mean", "std", "peak to peak", "unit"), rows))
-        if quantities := _quantities(self.metrics, ()):
-            parts.append(text_table(("case", "quantity", "value"), quantities))
-        return "\n\n".join(parts)
+        signals = [row for case, own in self.metrics.items() for row in _signals(case, own, len(self.metrics) == 1)]
+        rows = [(name, *(f"{v:.5g}" for v in (s.mean, s.std, s.peak_to_peak)), s.unit) for name, s in signals]
+        quantities = [
+            (case, name, f"{metric.value:.5g}", metric.unit)
+            for case, own in self.metrics.items()
+            for name, metric in own.quantities.items()
+        ]
+        parts = [
+            (("signal", "mean", "std", "peak to peak", "unit"), rows),
+            (("case", "quantity", "value", "unit"), quantities),
+        ]
+        return "\n\n".join(text_table(heading, table) for heading, table in parts if table)
 
     def to_frame(self, case: str | None = None) -> pd.DataFrame:
         """Signals of a case over time, header cells ``component.variable [unit]``.
@@ -105,7 +112,7 @@ class RunResult:
     def as_json(self) -> dict[str, Any]:
         """The JSON contract of ``run``."""
         written = {"results": str(self.results), "report": str(self.report)} if self.results else {}
-        return {"metrics": {**self.metrics, **self.comparison}, **written}
+        return finite({"metrics": self.metrics, "comparison": self.comparison, **written})
 
     def _case(self, case: str | None) -> Trajectory:
         name = next(iter(self.cases)) if case is None else case
@@ -194,20 +201,10 @@ def _written(result: RunResult, system: Opened, folder: Path) -> RunResult:
     return RunResult(result.name, result.cases, result.metrics, result.comparison, results, report)
 
 
-def _rows(metrics: Mapping[str, Any], path: tuple[str, ...]) -> list[tuple[str, str, Mapping[str, float]]]:
-    """Tracking errors of the cases, or all signals of a case without any number of its own."""
-    if "peak_to_peak_deg" in metrics:
-        return [(".".join(path), "deg", {k: metrics[f"{k}_deg"] for k in ("mean", "std", "peak_to_peak")})]
-    if "peak_to_peak" in metrics:
-        return [(".".join(path), str(metrics["unit"]), metrics)]
-    if "signals" in metrics:
+def _signals(case: str, own: CaseMetrics, alone: bool) -> list[tuple[str, Spread]]:
+    """The tracking error of a case, or all its signals if it has no number of its own."""
+    if own.tracking_error is not None:
+        return [(f"{case}: tracking error", own.tracking_error)]
+    if own.quantities:
         return []
-    return [row for k, v in metrics.items() if isinstance(v, Mapping) for row in _rows(v, (*path, k))]
-
-
-def _quantities(metrics: Mapping[str, Any], path: tuple[str, ...]) -> list[tuple[str, str, str]]:
-    """Numbers that a scenario computes itself: case, name with unit, value."""
-    if "signals" in metrics:
-        own = {k: v for k, v in metrics.items() if isinstance(v, float) and not k.endswith(("_deg", "_s"))}
-        return [(".".join(path), name, f"{value:.5g}") for name, value in own.items()]
-    return [row for k, v in metrics.items() if isinstance(v, Mapping) for row in _quantities(v, (*path, k))]
+    return [(name if alone else f"{case}.{name}", signal) for name, signal in own.signals.items()]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,22 +62,24 @@ class SweepResult:
 
     def summary(self) -> str:
         """The points with their first numbers as text."""
-        metrics = list(dict.fromkeys(key for point in self.points for key in point.metrics))[:SHOWN]
+        units = dict(islice(sweeping.units(self.points).items(), SHOWN))
         rows = [
             [f"{v:.5g}" for v in point.values.values()]
-            + [f"{point.metrics[key]:.5g}" if key in point.metrics else "failed" for key in metrics]
+            + [f"{point.metrics[name].value:.5g}" if name in point.metrics else "failed" for name in units]
             for point in self.points
         ]
-        return text_table([*(axis.name for axis in self.axes), *metrics], rows)
+        return text_table(
+            [*(axis.name for axis in self.axes), *(f"{name} [{unit}]" for name, unit in units.items())], rows
+        )
 
     def to_frame(self) -> pd.DataFrame:
         """One row a point: varied values, all numbers, and why it failed (empty if it did not)."""
         import pandas as pd
 
-        units = {axis.name: axis.unit for axis in self.axes}
+        varied = {axis.name: axis.unit for axis in self.axes}
         rows = [
-            {f"{name} [{units[name]}]": value for name, value in point.values.items()}
-            | dict(point.metrics)
+            {f"{name} [{varied[name]}]": value for name, value in point.values.items()}
+            | {f"{name} [{metric.unit}]": metric.value for name, metric in point.metrics.items()}
             | {"failed": point.failed}
             for point in self.points
         ]
@@ -88,16 +91,25 @@ class SweepResult:
         Parameters
         ----------
         metric : str, optional
-            A column of `to_frame`; the first number without it.
+            Its name, without the unit; the first number without it.
+
+        Raises
+        ------
+        InputError
+            No such number, or no point that did not fail.
         """
         from ..report.figures import Line, loop_figure
 
         good = [point for point in self.points if not point.failed]
         if not good:
             raise InputError(f"sweep of {self.name} -- expected a point that did not fail -- see its failures")
-        key, axis = metric or next(iter(good[0].metrics)), self.axes[0]
-        lines = [Line(key, [p.values[axis.name] for p in good], [p.metrics[key] for p in good])]
-        return loop_figure(lines, f"{self.name}: {key}", f"{axis.name} [{axis.unit}]", key)
+        units, axis = sweeping.units(good), self.axes[0]
+        name = next(iter(units)) if metric is None else metric
+        if name not in units:
+            raise InputError(f"number {name!r} -- expected one of {', '.join(units)} -- correct it")
+        there = [point for point in good if name in point.metrics]
+        lines = [Line(name, [p.values[axis.name] for p in there], [p.metrics[name].value for p in there])]
+        return loop_figure(lines, f"{self.name}: {name}", f"{axis.name} [{axis.unit}]", f"{name} [{units[name]}]")
 
     def as_json(self) -> dict[str, Any]:
         """The JSON contract of ``sweep``."""

@@ -73,7 +73,7 @@ def _newton(run: Trajectory) -> Claim:
     needed = 0.5 * float(np.abs(force).max())
     area = WIRES * math.pi / 4.0 * WIRE_M**2
     low, high = (area * strength for strength in STRENGTH_PA)
-    std = float(np.mean(TRIALS["periodic"]["friction_std_N"]))
+    std = float(np.mean([trial.value for trial in TRIALS["periodic"]["friction_std"]]))
     share = 100.0 * std / (2.0 * needed)
     return statement_claim(
         "mssp2015.newton",
@@ -113,17 +113,17 @@ def _estimates(runs: Mapping[str, Trajectory]) -> list[Claim]:
     ]
     for motion in MOTIONS:
         for column, statistic, said in (
-            ("friction_std_N", np.std, "standard deviation"),
-            ("friction_mean_N", np.mean, "mean"),
+            ("friction_std", np.std, "standard deviation"),
+            ("friction_mean", np.mean, "mean"),
         ):
             claims.append(
                 open_claim(
-                    f"mssp2015.{motion}_{column.removesuffix('_N')}",
+                    f"mssp2015.{motion}_{column}",
                     (TABLES[motion], FRICTION[motion]),
                     f"error of the estimated friction, {said}, {motion.replace('_', '-')} motion, haptic loop",
                     missing,
                     ours=Span.of(*(float(statistic(e)) for name, e in errors.items() if name.startswith(f"{motion}."))),
-                    prints=[table(motion, column, "N")],
+                    prints=[table(motion, column)],
                     assumed=(plant,),
                     method=Method.CO_SIMULATION,
                 )

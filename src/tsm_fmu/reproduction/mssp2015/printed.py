@@ -16,9 +16,10 @@ RESIDUAL = {m: printed(f"around {MSSP_RESIDUAL_DEG[m]:g}", "deg", f"Section 8, {
 FRICTION_ERROR = printed(f"{MSSP_FRICTION_ERROR_N:g}", "N", "Section 8, Fig. 11")
 
 
-def table(motion: str, column: str, unit: str) -> Printed:
+def table(motion: str, column: str) -> Printed:
     """A column of Table 1 or 2."""
-    return trials(tuple(f"{v:.4f}" for v in TRIALS[motion][column]), unit, TABLES[motion])
+    found = TRIALS[motion][column]
+    return trials(tuple(f"{trial.value:.4f}" for trial in found), found[0].unit, TABLES[motion])
 
 
 TRACKED: dict[str, Printed] = {
@@ -27,8 +28,8 @@ TRACKED: dict[str, Printed] = {
     for name, value in {
         "width": WIDTH[motion],
         "residual": RESIDUAL[motion],
-        "std": table(motion, "position_std_deg", "deg"),
-        "mean": table(motion, "position_mean_deg", "deg"),
+        "std": table(motion, "position_std"),
+        "mean": table(motion, "position_mean"),
     }.items()
 }
 """The eight numbers on tracking: error without feedforward, and with it peak to peak, deviation and mean."""
