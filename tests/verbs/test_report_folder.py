@@ -7,6 +7,7 @@ import pytest
 
 from tsm_fmu.card import CardParameter, ModelCard, write_card
 from tsm_fmu.cli.app import run
+from tsm_fmu.cosim.metric import Metric
 from tsm_fmu.cosim.sweep import Axis, Point, write_sweep
 from tsm_fmu.logs.record import write_record
 
@@ -22,7 +23,10 @@ def test_the_page_has_the_numbers_of_every_kind(tmp_path, capsys):
     write_card(tmp_path / "fit.toml", card())
     time = np.arange(51) * 0.02
     write_record(tmp_path / "result.incomplete.csv", time, {"x_out": 3.719 * time}, {"x_out": "rad"})
-    points = [Point({"load.k": 0.25}, {"x.mean [rad]": 6.1853}), Point({"load.k": 0.75}, {}, "the belt slipped")]
+    points = [
+        Point({"load.k": 0.25}, {"x.mean": Metric(6.1853, "rad")}),
+        Point({"load.k": 0.75}, {}, "the belt slipped"),
+    ]
     write_sweep(tmp_path, "belt", [Axis("load.k", "N.m/rad", (0.25, 0.75))], points)
     gap = {"verdict": "named", "effects": ["creep"], "gap": {"x_out": {"unit": "rad", "before": 0.4127}}}
     (tmp_path / "diagnosis.json").write_text(json.dumps(gap), encoding="utf-8")
