@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from typeset import docstring_html
 
-from tsm_fmu.effects import EFFECTS, roles_of
+from tsm_fmu.effects import EFFECTS, FAMILIES, roles_of
 from tsm_fmu.effects.about import Read, Shape, Size
 from tsm_fmu.fmu.stimuli import stimuli
 from tsm_fmu.kernels.chain import attach
@@ -130,7 +130,8 @@ def _source(kernel: Kernel) -> str:
 def _known(kernel: Kernel) -> str:
     about = kernel.module.ABOUT
     alike = ", ".join(f"[{name}]({name}.md)" for name in about.looks_like)
-    return f"In a sentence: {about.words}. Sign of it: {about.signature}. A log shows it that has {about.shown_by}." + (
+    known = f"In a sentence: {about.words}, {FAMILIES[about.family]}. Sign of it: {about.signature}."
+    return f"{known} A log shows it that has {about.shown_by}." + (
         f" Where a log is poor, it looks like {alike}." if alike else ""
     )
 

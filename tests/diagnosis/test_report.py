@@ -74,7 +74,7 @@ def test_the_report_holds_the_answer_and_its_evidence(written: tuple[Path, dict]
         assert any(f">{float(f'{gap[field] * factor:.3g}'):.5g}<" in text for factor in (1.0, 1e3)), field
     for c in data["candidates"]:
         assert (f">{c['place']}<" in text.partition("<h2>Candidates")[2].partition("<h2>")[0]) == c["testable"]
-        assert c["testable"] == (c["effect"] not in data["not_excited"])
+        assert c["testable"] == (c["effect"] not in (*data["not_excited"], *data["not_applicable"]))
     for name in data["not_excited"]:
         assert name in json.loads((path.parent / "diagnosis.json").read_text(encoding="utf-8"))["not_excited"]
     assert f"{31:064d}" in text
@@ -167,7 +167,9 @@ def test_only_effects_without_a_place_lack_a_motion(written: tuple[Path, dict]) 
     text = path.read_text(encoding="utf-8")
     for name in data["not_excited"]:
         assert about(name).shown_by in text or about(name).words in text
-    assert "which have no place in LuGreFriction with these channels" in text  # no position, no load, no bending
+    for name, why in data["not_applicable"].items():
+        assert f">{name}<" in text
+        assert html.escape(why) in text
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed (Debian package chromium)")

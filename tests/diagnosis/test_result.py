@@ -26,8 +26,8 @@ def diagnosis(**more: Any) -> Diagnosis:
     )
     values: dict[str, Any] = {
         "answer": "Inertia <explains> it.", "effects": ("inertia",), "equivalent": (("wear", "thermal"),),
-        "candidates": listed, "gap": {"x_out": GAP, "F": ALONE}, "not_excited": ("slack", "bend_angle"),
-        "unplaced": ("bend_angle",), "notes": ("the clock jitters",),
+        "candidates": listed, "gap": {"x_out": GAP, "F": ALONE}, "not_excited": ("slack",),
+        "not_applicable": {"bend_angle": "no angle"}, "notes": ("the clock jitters",),
     }  # fmt: skip
     return Diagnosis("named", **{**values, **more})
 
@@ -35,7 +35,15 @@ def diagnosis(**more: Any) -> Diagnosis:
 def test_the_summary_has_the_answer_every_number_and_every_note() -> None:
     text = diagnosis().summary()
     assert text.startswith("Inertia <explains> it.\n")
-    for part in ("0.0131", "0.0023", "7.12", "creep@x_out", "could not show: slack.", "bend_angle.", "clock jitters."):
+    for part in (
+        "0.0131",
+        "0.0023",
+        "7.12",
+        "creep@x_out",
+        "could not show: slack.",
+        "not applicable): bend_angle.",
+        "clock jitters.",
+    ):
         assert part in text
     assert Diagnosis("not_excited", answer="No answer.").summary() == "No answer."
 
@@ -68,7 +76,6 @@ def test_a_notebook_shows_the_answer_as_text() -> None:
 
 def test_hidden_are_those_with_a_place_and_the_answer_holds_its_sets() -> None:
     found = diagnosis()
-    assert found.hidden == ("slack",)
     assert found.answered == {"inertia", "wear", "thermal"}
     assert diagnosis(model=ModelCard("LuGreFriction")).card == ModelCard("LuGreFriction")
 

@@ -11,7 +11,6 @@ import pytest
 from tsm_fmu.diagnosis.choice.hypotheses import hypothesis
 from tsm_fmu.diagnosis.choice.visibility import ordinary, unexcited
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
-from tsm_fmu.effects import EFFECTS
 from tsm_fmu.kernels.chain import attach
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun
@@ -42,9 +41,9 @@ def drive_run(seed: int, stroke: float = 1.3, swing: float = 0.21) -> FitRun:
     return FitRun(f"run{seed}", t, np.column_stack([x, load]), out)
 
 
-def listed(base: Fitted, effects: Sequence[str], offered: Sequence[str] = ()) -> tuple[str, ...]:
+def listed(base: Fitted, effects: Sequence[str]) -> tuple[str, ...]:
     candidates = [attach(kernel(base.model), text) for text in effects]
-    return unexcited(base, candidates, hypothesis((), base, (), []), offered)
+    return unexcited(base, candidates, hypothesis((), base, (), []))[0]
 
 
 def friction(runs: Sequence[FitRun], values: dict[str, float]) -> Fitted:
@@ -93,16 +92,6 @@ def test_what_the_model_has_already_is_not_listed(rig: Rig, known: dict[str, flo
     assert "coulomb" not in listed(slow, ["coulomb", "inertia"])
 
 
-def test_an_effect_with_no_candidate_is_listed_in_the_order_offered(rig: Rig, known: dict[str, float]) -> None:
-    base = friction([rig(57)], known)
-    offered = [m.NAME for m in EFFECTS]
-    found = listed(base, ["inertia"], offered)
-    assert "inertia" not in found
-    assert "bend_angle" in found  # no sheath angle is in the log, so no candidate
-    assert list(found) == [name for name in offered if name in found]
-
-
-@pytest.mark.parametrize(("middle", "shown"), [(0.0, False), (2.1, True)])
 def test_a_straight_sheath_does_not_show_what_its_bending_does(middle: float, shown: bool) -> None:
     runs = []
     for seed in (58, 59):

@@ -43,6 +43,7 @@ ABOUT = Effect(
     signature="a spring beyond a position",
     shown_by="strokes up to the end of the range of motion",
     places=("friction",),
+    family="position",
     looks_like=("stiffness_hardening",),
 )
 

@@ -7,14 +7,14 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, get_args
 
 import numpy as np
 import pytest
 
 import tsm_fmu
-from tsm_fmu.effects import EFFECTS, about, looks_like, roles_of, shapes_of, sizes_of, words
-from tsm_fmu.effects.about import Size
+from tsm_fmu.effects import EFFECTS, FAMILIES, about, looks_like, roles_of, shapes_of, sizes_of, words
+from tsm_fmu.effects.about import Family, Size
 from tsm_fmu.kernels.kernel import Kernel
 from tsm_fmu.models.contract import InputError, Quantity
 
@@ -43,6 +43,8 @@ def test_what_is_known_is_complete(module):
     assert set(known.looked_for) <= set(known.places) - {"input"}
     assert set(known.looks_like) <= IDS - {module.NAME}
     assert known.turns >= 0.0
+    assert known.family in FAMILIES
+    assert set(FAMILIES) == set(get_args(Family))
 
 
 def test_no_two_effects_have_the_same_words():

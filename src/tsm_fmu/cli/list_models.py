@@ -57,18 +57,21 @@ def _variables(k: Kernel) -> Table:
 def _effects(effects: Sequence[Kernel]) -> Table:
     table = Table(title="Effects: attach one as id, or id@channel", title_justify="left")
     table.add_column("effect", no_wrap=True, min_width=max(len(k.name) for k in effects))  # ids are copied from here
-    for heading in ("acts on", "signature", "parameters"):
+    for heading in ("acts on", "family", "signature", "parameters"):
         table.add_column(heading)
     for k in effects:
         names = ", ".join(f"{v.name} [{v.quantity.unit}]" for v in k.parameters)
-        table.add_row(k.name, ", ".join(k.module.ABOUT.places), k.module.ABOUT.signature, escape(names))
+        about = k.module.ABOUT
+        table.add_row(k.name, ", ".join(about.places), about.family, about.signature, escape(names))
     return table
 
 
 def _described_effect(k: Kernel) -> dict[str, Any]:
     """An effect's units are relative: {F} the friction, {load} the load, {x} the input motion, {y} its channel."""
     parameters = [_variable(v) for v in k.parameters]
-    return {"places": list(k.module.ABOUT.places), "signature": k.module.ABOUT.signature, "parameters": parameters}
+    about = k.module.ABOUT
+    known = {"places": list(about.places), "family": about.family, "signature": about.signature}
+    return {**known, "parameters": parameters}
 
 
 def _described(k: Kernel) -> dict[str, Any]:

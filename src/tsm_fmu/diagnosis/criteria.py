@@ -175,6 +175,9 @@ HARMONIC_PERIODS = 4
 TELLING_SHARE = 0.1
 """A coordinate must explain this part of the residual to be worth a sentence."""
 
+FAMILY_SHARE = 0.1
+"""Laws of a family must predict this part of a residual on parts left out, or nothing is said of its family."""
+
 FORMULA_SHARE = 0.05
 """A formula must predict this part of the residual where it was not fitted; less is no help."""
 

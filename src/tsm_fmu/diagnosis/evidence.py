@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ..effects import id_of
+from ..effects.about import Family
 from ..kernels.arrays import FloatArray
 from ..logs.record import Record
 
@@ -171,6 +172,23 @@ class Place:
     p: float
     significant: bool
     rms: float = 0.0
+
+
+@dataclass(frozen=True)
+class FamilyShare:
+    """What the laws of a family predict of the residual of one channel.
+
+    Attributes
+    ----------
+    family, channel : str
+    share : float
+        Share of the mean square that a law has of which the model's parameters do not already do what it does,
+        predicted on parts that were left out.
+    """
+
+    family: Family
+    channel: str
+    share: float
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,12 @@ import plotly.graph_objects as go
 
 from ..card import ModelCard
 from ..effects import id_of
+from ..effects.about import Family
 from ..logs.display import display
 from ..report import bar_figure
 from .evidence import (
     Candidate,
+    FamilyShare,
     Gap,
     Gate,
     ModelFit,
@@ -44,9 +46,15 @@ class Diagnosis:
     equivalent : tuple of tuple of str
         Sets of ids that these runs cannot tell apart.
     not_excited : tuple of str
-        Ids of effects that these runs could not show.
-    unplaced : tuple of str
-        Those of them that have no place in the model with these channels: nothing can be said of them.
+        Ids of effects that have a place and that these runs could not show: they could be there unseen.
+    not_applicable : mapping of str to str
+        Ids of effects of which nothing can be said, and why: no place in the model with these channels, nothing in the
+        log that drives them, or in the model already.
+    family : tuple of str
+        Families of what is missing, one for each kind of law: of the effects named or not told apart, or, where the
+        missing law has no name, the one whose laws predict most of the residual. Empty where nothing can be said.
+    family_evidence : tuple of FamilyShare
+        What the laws of each family predict of the residual of each channel, most first; where something is missing.
     candidates : tuple of Candidate
         Best first.
     where : tuple of Place
@@ -88,7 +96,9 @@ class Diagnosis:
     effects: tuple[str, ...] = ()
     equivalent: tuple[tuple[str, ...], ...] = ()
     not_excited: tuple[str, ...] = ()
-    unplaced: tuple[str, ...] = ()
+    not_applicable: Mapping[str, str] = field(default_factory=dict)
+    family: tuple[Family, ...] = ()
+    family_evidence: tuple[FamilyShare, ...] = ()
     candidates: tuple[Candidate, ...] = ()
     where: tuple[Place, ...] = ()
     located: str = "refitted"
@@ -117,11 +127,6 @@ class Diagnosis:
         return self.model
 
     @property
-    def hidden(self) -> tuple[str, ...]:
-        """Ids of effects that could be there unseen: too small in these runs, or taken up by the model's parameters."""
-        return tuple(e for e in self.not_excited if e not in self.unplaced)
-
-    @property
     def ids(self) -> list[str]:
         """Ids of the named effects, in the order added."""
         return [id_of(spec) for spec in self.effects]
@@ -148,10 +153,10 @@ class Diagnosis:
         if self.candidates:
             table = self.to_frame().to_string(na_rep="", float_format="%.3g")
             parts.append(_indented("Each effect refitted together with the model", table))
-        if self.hidden:
-            parts.append(f"These runs could not show: {', '.join(self.hidden)}.")
-        if self.unplaced:
-            parts.append(f"No place in the model with these channels: {', '.join(self.unplaced)}.")
+        if self.not_excited:
+            parts.append(f"These runs could not show: {', '.join(self.not_excited)}.")
+        if self.not_applicable:
+            parts.append(f"Nothing is said of (not applicable): {', '.join(self.not_applicable)}.")
         parts += [f"Note: {note}." for note in self.notes]
         return "\n\n".join(parts)
 

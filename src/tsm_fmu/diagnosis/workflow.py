@@ -14,10 +14,11 @@ from ..kernels.kernel import Kernel
 from ..logs.record import Record
 from ..regression.problem import FitRun
 from .answer.candidates import candidates_of, rows_of
+from .answer.family import families_of, family_evidence
 from .answer.gaps import errors_of, gaps
 from .answer.next_motion import next_motion
 from .answer.parameters import bound_notes, card_of, changes_of, model_fit, per_run_values
-from .answer.sentence import answer
+from .answer.sentence import answer, leading_channel
 from .answer.shape import located
 from .answer.verdict import Verdict, verdict_of
 from .choice.baselines import baselines
@@ -26,6 +27,7 @@ from .choice.search import Search, candidate_places
 from .choice.visibility import unexcited
 from .criteria import EFFECT_SPREAD_SHARE, PRESLIDING_STROKE_SHARE
 from .evidence import Candidate, Gap, Gate, NextMotion, RunComparison
+from .fits.placing import not_applicable
 from .fits.refit import Fitted, Task
 from .result import Diagnosis
 from .runs.beginning import beginning_note
@@ -46,15 +48,17 @@ class Investigation:
     runs : PreparedRuns
     judged : Judged
     verdict : Verdict
-    not_excited, unplaced : tuple of str
-        Ids of effects that these runs could not show; those of them that have no place in the model.
+    not_excited : tuple of str
+        Ids of effects that have a place and that these runs could not show.
+    not_applicable : mapping of str to str
+        Why the others cannot be asked about, by id.
     """
 
     runs: PreparedRuns
     judged: Judged
     verdict: Verdict
     not_excited: tuple[str, ...]
-    unplaced: tuple[str, ...]
+    not_applicable: Mapping[str, str]
 
     @property
     def stages(self) -> dict[str, Fitted]:
@@ -136,27 +140,29 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
     fitted = baselines(task, runs.effects, runs.measured, references, holdout, progress)
     hypotheses = Search(runs.model, fitted, holdout, progress).hypotheses()
     result = judged(hypotheses, fitted, holdout, progress)
-    hidden, unplaced = _not_excited(runs, result)
+    hidden, inapplicable = _not_excited(runs, result)
     tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]
     verdict = verdict_of(result.baselines, result.choice, result.floors, tested, hidden, holdout, progress)
     answered = {*map(id_of, verdict.effects), *verdict.equivalent}
-    return Investigation(runs, result, verdict, tuple(e for e in hidden if e not in answered), unplaced)
+    return Investigation(runs, result, verdict, tuple(e for e in hidden if e not in answered), inapplicable)
 
 
-def _not_excited(runs: PreparedRuns, result: Judged) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Ids of effects that the runs could not show, and those without a place in the model."""
-    there = {id_of(spec) for spec in runs.effects}
-    absent = [m.NAME for m in EFFECTS if m.NAME not in there]
+def _not_excited(runs: PreparedRuns, result: Judged) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Ids of effects that have a place and that the runs could not show, and why the others cannot be asked about."""
     base = result.baselines.refitted.fitted
-    hidden = unexcited(base, candidate_places(runs.model, base), result.choice.best, absent)
-    placed = {c.module.NAME for c in candidate_places(runs.model, result.baselines.given)}
-    return hidden, tuple(e for e in hidden if e not in placed)
+    hidden, contained = unexcited(base, candidate_places(runs.model, base), result.choice.best)
+    used = set(map(id_of, result.choice.best.effects))
+    why = {e: f"the parameters of {base.model} do what it does" for e in contained if e not in used}
+    why |= {m.NAME: f"the law of {base.model} holds it" for m in EFFECTS if base.has(m.NAME)}
+    return tuple(e for e in hidden if e not in why), why | not_applicable(runs.model, runs.channels)
 
 
 def _refused(runs: PreparedRuns, checked: Gate, records: Mapping[str, str], preset: str | None, seed: int) -> Diagnosis:
     """No answer: the runs cannot be judged."""
+    inapplicable = not_applicable(runs.model, runs.channels)
     found = Diagnosis(
-        "not_excited", not_excited=tuple(m.NAME for m in EFFECTS), channels=runs.channels, gate=checked,
+        "not_excited", not_excited=tuple(m.NAME for m in EFFECTS if m.NAME not in inapplicable),
+        not_applicable=inapplicable, channels=runs.channels, gate=checked,
         compared_from=_compared_from(runs), records=records, preset=preset or "", seed=seed,
     )  # fmt: skip
     return replace(found, answer=answer(found))
@@ -172,7 +178,8 @@ def _described(
     candidates = candidates_of(
         rows_of(found.judged.hypotheses, found.judged.choice, found.judged.floors),
         verdict.final.effects if verdict.effects or verdict.equivalent else (), gap, before.refitted,
-        before.with_nuisances, runs.measured, found.not_excited, unknown=bool(found.judged.floors.unexplained.any()),
+        before.with_nuisances, runs.measured, (*found.not_excited, *found.not_applicable),
+        unknown=bool(found.judged.floors.unexplained.any()),
     )  # fmt: skip
     stage = "given" if verdict.word in ("none", "parameters") else "refitted"
     missing = verdict.word in ("named", "ambiguous", "unknown")
@@ -181,8 +188,8 @@ def _described(
     bounds = bound_notes(before.refitted.fitted, verdict.final)
     diagnosis = Diagnosis(
         verdict.word, effects=verdict.effects, equivalent=(verdict.equivalent,) if verdict.equivalent else (),
-        not_excited=found.not_excited, unplaced=found.unplaced, candidates=candidates, where=where, located=stage,
-        shapes=shapes, gap=gap, channels=runs.channels, given=given,
+        not_excited=found.not_excited, not_applicable=found.not_applicable, candidates=candidates, where=where,
+        located=stage,        shapes=shapes, gap=gap, channels=runs.channels, given=given,
         refitted=refitted, final=final, changes=changes_of(before.given, verdict.final),
         model=card_of(verdict.final, used, preset, seed), next_motion=_next_motion(found, candidates), gate=checked,
         runs=_comparisons(found, measured), compared_from=_compared_from(runs), motion=runs.model.motion,
@@ -190,6 +197,11 @@ def _described(
         notes=(*bounds, *verdict.notes, *runs.notes, *beginning_note([*runs.measured, *runs.holdout])),
         records=records, preset=preset, seed=seed,
     )  # fmt: skip
+    evidence = family_evidence(before.refitted.fitted, runs.measured) if missing else ()
+    channel = leading_channel(diagnosis) or ""
+    equivalent = [e for ids in diagnosis.equivalent for e in ids]
+    families = families_of(verdict.word, verdict.effects, equivalent, evidence, channel)
+    diagnosis = replace(diagnosis, family=families, family_evidence=evidence)
     return replace(diagnosis, answer=answer(diagnosis))
 
 

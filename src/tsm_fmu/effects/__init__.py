@@ -12,7 +12,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import get_type_hints
 
-from .about import AsNuisance, Effect, Read, Shape, Size
+from .about import AsNuisance, Effect, Family, Read, Shape, Size
 
 EFFECTS: tuple[ModuleType, ...] = tuple(
     import_module(f"{__name__}.{name}")
@@ -68,6 +68,19 @@ def words(spec: str) -> str:
     """Name of an effect in a sentence; ``id@channel`` says the channel."""
     channel = spec.partition("@")[2]
     return f"{about(spec).words} in {channel}" if channel else about(spec).words
+
+
+FAMILIES: dict[Family, str] = {
+    "position": "a law of the position",
+    "speed": "a law of the speed",
+    "acceleration": "a law of the acceleration",
+    "load": "a law of the load",
+    "time": "a law of time or travel",
+    "history": "a law of the motion before",
+    "direction": "a law of the direction of motion",
+    "sensor": "a law of the measured signal itself",
+}
+"""Families in a sentence."""
 
 
 def looks_like(spec: str, others: Iterable[str]) -> bool:

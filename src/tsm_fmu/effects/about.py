@@ -12,6 +12,11 @@ Role = Literal["effect", "nuisance", "read"]
 """``effect``: it is missing, or it is not. ``nuisance``: every rig has a little of it, so each refit of a diagnosis may
 use it; it is missing where it does more than that. ``read``: plain in the log, nothing is fitted."""
 
+Family = Literal["position", "speed", "acceleration", "load", "time", "history", "direction", "sensor"]
+"""What the law of an effect is over. ``load``: loads, tensions, sheath angles. ``time``: also travel and warmth.
+``history``: what the motion was before, as after a reversal or a rest. ``direction``: the sign of the motion alone.
+``sensor``: the measured signal itself, and its clock."""
+
 Scale = Literal[
     "stroke", "per stroke", "position", "travel", "speed", "acceleration", "time", "load", "radius", "angle", "number"
 ]
@@ -80,6 +85,8 @@ class Effect(NamedTuple):
         Motion that a log must hold to show it.
     places : tuple of str
         See `Place`.
+    family : str
+        See `Family`.
     looks_like : tuple of str
         Ids of effects that it hides behind, or they behind it, where a log is poor.
     role : str
@@ -98,6 +105,7 @@ class Effect(NamedTuple):
     signature: str
     shown_by: str
     places: tuple[Place, ...]
+    family: Family
     looks_like: tuple[str, ...] = ()
     role: Role = "effect"
     motion_only: bool = False

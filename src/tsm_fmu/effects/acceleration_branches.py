@@ -21,6 +21,7 @@ ABOUT = Effect(
     signature="accelerating and decelerating branch differ",
     shown_by="the same speeds reached speeding up and slowing down: sines of two frequencies over one stroke",
     places=("friction",),
+    family="acceleration",
 )
 
 

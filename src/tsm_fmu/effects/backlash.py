@@ -20,6 +20,7 @@ ABOUT = Effect(
     signature="flat after reversal, width speed-independent",
     shown_by="slow strokes wider than the gap, and some within it",
     places=("output", "input"),
+    family="history",
     looks_like=("presliding_shape", "tendon_elasticity", "delay"),
     motion_only=True,
 )

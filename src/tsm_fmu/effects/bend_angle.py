@@ -19,6 +19,7 @@ ABOUT = Effect(
     signature="changes with sheath angle",
     shown_by="the same motion at several sheath angles, Theta recorded",
     places=("friction",),
+    family="load",
 )
 
 

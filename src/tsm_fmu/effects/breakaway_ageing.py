@@ -27,6 +27,7 @@ ABOUT = Effect(
     signature="first peak grows with log of the hold",
     shown_by="slide, hold 0.1 s to 30 s, slide again",
     places=("friction",),
+    family="history",
     looks_like=("stribeck",),
 )
 

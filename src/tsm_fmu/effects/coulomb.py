@@ -19,6 +19,7 @@ ABOUT = Effect(
     signature="step at reversal",
     shown_by="strokes with reversals at a speed well above standstill",
     places=("friction",),
+    family="direction",
 )
 
 

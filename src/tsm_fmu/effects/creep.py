@@ -20,6 +20,7 @@ ABOUT = Effect(
     signature="drift at hold",
     shown_by="steps of load or position, held for several times the time constant",
     places=("friction", "output"),
+    family="history",
     looks_like=("inertia", "stiffness_hardening"),
     motion_only=True,
 )

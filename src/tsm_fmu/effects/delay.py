@@ -20,6 +20,7 @@ ABOUT = Effect(
     signature="phase proportional to frequency",
     shown_by="a frequency sweep, or fast motion with sharp corners",
     places=("output", "input"),
+    family="sensor",
     looks_like=("backlash", "sensor_lag"),
     fitted_as="delay",
 )

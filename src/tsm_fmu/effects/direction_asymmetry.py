@@ -21,6 +21,7 @@ ABOUT = Effect(
     signature="F(+) differs from F(-)",
     shown_by="half strokes both ways at several speeds, zero known",
     places=("friction",),
+    family="direction",
     looks_like=("offset_drift",),
 )
 

@@ -20,6 +20,7 @@ ABOUT = Effect(
     signature="depends on which side drives",
     shown_by="a load that drives one way and brakes the other",
     places=("friction",),
+    family="load",
 )
 
 

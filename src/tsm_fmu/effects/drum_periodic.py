@@ -21,6 +21,7 @@ ABOUT = Effect(
     signature="harmonics of the drum angle",
     shown_by="several turns of the drum, started at different angles",
     places=("friction", "output", "input"),
+    family="position",
     looks_like=("stiffness_hardening",),
     turns=1.25,
 )

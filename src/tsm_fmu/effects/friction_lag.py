@@ -25,6 +25,7 @@ ABOUT = Effect(
     signature="loop in F over v",
     shown_by="fast changes of speed without a reversal",
     places=("friction",),
+    family="history",
 )
 
 

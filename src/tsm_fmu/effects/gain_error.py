@@ -18,6 +18,7 @@ ABOUT = Effect(
     signature="proportional to the signal",
     shown_by="strokes of several sizes; a known reference for scale",
     places=("output", "input"),
+    family="sensor",
 )
 
 

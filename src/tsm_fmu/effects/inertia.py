@@ -18,6 +18,7 @@ ABOUT = Effect(
     signature="in phase with a",
     shown_by="one stroke at two frequencies or more, the fastest with high acceleration",
     places=("friction",),
+    family="acceleration",
     looks_like=("stiffness_hardening", "creep"),
 )
 

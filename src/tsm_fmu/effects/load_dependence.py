@@ -21,6 +21,7 @@ ABOUT = Effect(
     signature="friction grows with tension or load",
     shown_by="the same motion under three loads or more, recorded",
     places=("friction",),
+    family="load",
     looks_like=("thermal", "wear"),
 )
 

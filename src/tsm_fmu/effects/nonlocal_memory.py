@@ -20,6 +20,7 @@ ABOUT = Effect(
     signature="nested loops close",
     shown_by="nested reversals: small strokes in large ones",
     places=("friction",),
+    family="history",
     looks_like=("tendon_elasticity",),
 )
 

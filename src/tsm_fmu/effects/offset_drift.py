@@ -18,6 +18,7 @@ ABOUT = Effect(
     signature="constant or slowly moving bias",
     shown_by="a long run with a return to the same place, or rests in between",
     places=("output", "input", "friction"),
+    family="time",
     looks_like=("direction_asymmetry",),
     role="nuisance",
     searched=("output",),  # at the friction it is the same as on the channel

@@ -25,6 +25,7 @@ ABOUT = Effect(
     signature="curvature after reversal",
     shown_by="finely sampled reversals, also of strokes within the presliding",
     places=("friction",),
+    family="history",
     looks_like=("backlash",),
     role="nuisance",
 )

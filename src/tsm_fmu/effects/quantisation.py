@@ -20,6 +20,7 @@ ABOUT = Effect(
     signature="few levels",
     shown_by="slow motion over a few steps of the sensor",
     places=("output", "input"),
+    family="sensor",
     role="read",
 )
 

@@ -20,6 +20,7 @@ ABOUT = Effect(
     signature="first-order phase",
     shown_by="a frequency sweep up to the sensor's bandwidth",
     places=("output", "input"),
+    family="sensor",
     looks_like=("delay",),
     role="nuisance",
 )

@@ -20,6 +20,7 @@ ABOUT = Effect(
     signature="one side goes free",
     shown_by="low pretension, with the load taken off within the run",
     places=("output",),
+    family="load",
     motion_only=True,
 )
 

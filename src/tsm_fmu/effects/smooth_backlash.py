@@ -20,6 +20,7 @@ ABOUT = Effect(
     signature="rounded flat",
     shown_by="slow strokes wider than the gap, reversals finely sampled",
     places=("output", "input"),
+    family="history",
     motion_only=True,
 )
 

@@ -19,6 +19,7 @@ ABOUT = Effect(
     signature="cubic",
     shown_by="strokes or loads up to the largest that the rig allows",
     places=("friction",),
+    family="position",
     looks_like=("inertia", "creep", "drum_periodic"),
 )
 

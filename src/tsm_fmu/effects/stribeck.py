@@ -20,6 +20,7 @@ ABOUT = Effect(
     signature="excess at low speed",
     shown_by="slow strokes, from creeping up to a tenth of the usual speed",
     places=("friction",),
+    family="speed",
     looks_like=("breakaway_ageing",),
 )
 

@@ -22,6 +22,7 @@ ABOUT = Effect(
     signature="lost motion proportional to tension",
     shown_by="the same motion under several tensions or loads",
     places=("output",),
+    family="load",
     looks_like=("nonlocal_memory", "backlash"),
     motion_only=True,
 )

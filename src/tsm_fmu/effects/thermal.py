@@ -21,6 +21,7 @@ ABOUT = Effect(
     signature="decays with time, recovers after rest",
     shown_by="minutes of motion, a rest, and the same motion again",
     places=("friction",),
+    family="time",
     looks_like=("load_dependence", "wear"),
 )
 

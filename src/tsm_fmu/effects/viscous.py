@@ -20,6 +20,7 @@ ABOUT = Effect(
     signature="grows with speed",
     shown_by="the same stroke at three speeds or more, a factor of ten apart",
     places=("friction",),
+    family="speed",
 )
 
 

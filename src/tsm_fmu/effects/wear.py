@@ -19,6 +19,7 @@ ABOUT = Effect(
     signature="changes with travel, stays after rest",
     shown_by="long travel, a rest, and the same motion again",
     places=("friction",),
+    family="time",
     looks_like=("load_dependence", "thermal"),
 )
 

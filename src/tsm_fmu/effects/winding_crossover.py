@@ -22,6 +22,7 @@ ABOUT = Effect(
     signature="two bursts a turn, step per layer",
     shown_by="several turns of the drum, up to the next layer",
     places=("friction", "output", "input"),
+    family="position",
     motion_only=True,
     turns=1.25,
 )

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...effects import words
+from ...effects import FAMILIES, words
 from ...logs.display import Display, display
 from ...models.contract import with_unit
 from ..criteria import ABOVE_FLOOR_RATIO, CHANGED_SHARE, SURE_FLOOR_SHARE, TELLING_SHARE
@@ -50,18 +50,34 @@ def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
     if found.verdict == "named":
         names, many = " and ".join(words(e) for e in found.effects), len(found.effects) > 1
         share = f"{names} explain{'' if many else 's'} {closes} of {of}" if closes else f"missing: {names}"
-        return _sentence(f"{where}{share}; {numbers}")
+        return _sentence(f"{where}{share}; {numbers}") + _laws_text(found)
     if found.verdict == "ambiguous":
         names = either([words(e) for e in found.equivalent[0]])
         share = f"explains {closes} of {of}" if closes else "is missing"
-        return _sentence(f"{where}{names} {share}, these runs cannot tell which: play the next experiment; {numbers}")
+        return _sentence(
+            f"{where}{names} {share}, these runs cannot tell which: play the next experiment; {numbers}"
+        ) + _laws_text(found)
     tried = [(c, x) for c in found.candidates if c.testable and (x := c.channels[channel].closure_measured) is not None]
     nearest = f" (the best, {words(tried[0][0].spec)}, {range_of(tried[0][1])})" if tried else ""
     text = _sentence(f"{where}no effect of the library explains {of} well enough{nearest}; {numbers}")
+    text += _family_text(found, channel)
     formula = next((s.formula for s in found.shapes if s.channel == channel and s.formula.text), None)
     if formula is None:
         return text
     return f"{text} What predicts {_percent(formula.share)} of it, not a name: {channel} lacks {formula.text}."
+
+
+def _laws_text(found: Diagnosis) -> str:
+    """Of what the effects of the answer are laws."""
+    laws = [FAMILIES[f] for f in found.family]
+    return f" Family: {either(laws) if found.verdict == 'ambiguous' else ' and '.join(laws)}." if laws else ""
+
+
+def _family_text(found: Diagnosis, channel: str) -> str:
+    """Of what the missing law is, where it has no name."""
+    shares = {e.family: e.share for e in found.family_evidence if e.channel == channel}
+    said = [f"{FAMILIES[f]} (such laws predict {_percent(shares[f])} of it)" for f in found.family if f in shares]
+    return f" What is missing is {' and '.join(said)}." if said else ""
 
 
 def _remains(found: Diagnosis, channel: str) -> str:

@@ -13,9 +13,10 @@ from ...kernels.kernel import Kernel
 from ...regression.problem import FitRun
 from ..criteria import EFFECT_SPREAD_SHARE, FURTHER_CANDIDATES, MOST_EFFECTS, SWAPPED_EFFECTS
 from ..fits.nuisance import Start
+from ..fits.placing import possible
 from ..fits.refit import Fitted
 from ..fits.response import places_of
-from ..fits.screening import Screened, possible, screen
+from ..fits.screening import Screened, screen
 from .baselines import Baselines
 from .floors import open_channels
 from .hypotheses import Hypothesis, interleaved, probe, refit_candidates, refit_rivals

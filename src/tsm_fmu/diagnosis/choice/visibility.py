@@ -29,9 +29,9 @@ from ..criteria import (
     ORDINARY_TURNS,
     VISIBLE_DEVIANCE,
 )
+from ..fits.placing import least_stroke
 from ..fits.refit import Fitted, rms
 from ..fits.response import Responses
-from ..fits.screening import least_stroke
 from .hypotheses import Hypothesis
 
 STEP, LENGTH = 0.01, 16.0
@@ -39,9 +39,11 @@ ROWS = 3000
 
 
 def unexcited(
-    base: Fitted, candidates: Sequence[Attached], best: Hypothesis, offered: Sequence[str] = ()
-) -> tuple[str, ...]:
+    base: Fitted, candidates: Sequence[Attached], best: Hypothesis
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Ids of the candidates that the runs of a fit could not show at any place, in the order of the candidates.
+
+    The second are those that no runs could: the model's own parameters do what they do.
 
     Parameters
     ----------
@@ -50,10 +52,8 @@ def unexcited(
     candidates : sequence of Attached
     best : Hypothesis
         What it leaves is the noise in which a response must show.
-    offered : sequence of str
-        Ids that count as unexcited when no candidate has them.
     """
-    seen = dict.fromkeys(offered, False) | {c.module.NAME: False for c in candidates}
+    seen = {c.module.NAME: False for c in candidates}
     contained = dict.fromkeys(seen, True)
     short = base.at(thinned(base.problem.kernel, base.problem.runs, ROWS, ROWS // 10))
     noise = best.fitted.rmse / base.spread
@@ -71,7 +71,8 @@ def unexcited(
     for one, (shows, already) in zip(candidates, together(shown, candidates), strict=True):
         seen[one.module.NAME] |= shows
         contained[one.module.NAME] &= already
-    return tuple(n for n in seen if not seen[n] and (n in offered or not contained[n]))
+    hidden = [n for n in seen if not seen[n]]
+    return tuple(n for n in hidden if not contained[n]), tuple(n for n in hidden if contained[n])
 
 
 class _Compared:

@@ -18,9 +18,10 @@ from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
 from ..criteria import LAW_FORM_SHARE, NEARLY_ALL_SHARE, NUISANCE_SPREAD_SHARE, SHAPE_SPREAD_SHARE
+from .placing import places_of_effect
 from .refit import STEPS, Fitted, Task, refit
 from .response import public
-from .screening import Screened, places_of_effect, screen
+from .screening import Screened, screen
 
 SHRUNK = 0.1
 FIRST = 5

@@ -10,18 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from types import ModuleType
 
 import numpy as np
 from scipy.optimize import nnls
 
-from ...effects import EFFECTS, sizes_of
-from ...effects.coordinates import ANGLE
+from ...effects import sizes_of
 from ...kernels.arrays import BoolArray, FloatArray
-from ...kernels.chain import attach
 from ...kernels.chain_source import Attached
-from ...kernels.kernel import Kernel, kernel
-from ...models.contract import InputError
+from ...kernels.kernel import Kernel
 from ...regression.thinning import thinned
 from ...regression.threads import together
 from ..criteria import IMITATED_SHARE
@@ -32,7 +28,6 @@ ROWS = 3000
 """Samples of all runs together that the linear step looks at."""
 DAMPING = 1e-4
 """Keeps a response small of which nearly all is imitated by the baseline: the linear step must not lead far away."""
-MOTION_UNITS = ("rad", "m")
 
 
 @dataclass(frozen=True)
@@ -55,53 +50,6 @@ class Screened:
     gain: float
     starts: list[dict[str, float]]
     limits: dict[str, tuple[float, float]]
-
-
-def possible(
-    model: str, channels: Sequence[str], attached: Sequence[str], inputs: Sequence[str], travel: float = np.inf
-) -> list[Attached]:
-    """Every effect at every place of the model where it can be seen in the channels.
-
-    Parameters
-    ----------
-    model : str
-    channels : sequence of str
-        Measured ones.
-    attached : sequence of str
-        Effects that are there already.
-    inputs : sequence of str
-    travel : float
-        Longest stroke of the runs, in the unit of the motion: some effects show over a turn of the drum only.
-    """
-    base, found = kernel(model), []
-    for module in EFFECTS:
-        without_angle = "bend" in module.Inputs._fields and ANGLE not in inputs
-        if module.ABOUT.role != "read" and not without_angle and travel >= least_stroke(module):
-            found += [one for one in places_of_effect(base, module, channels) if one.spec not in attached]
-    return found
-
-
-def places_of_effect(base: Kernel, module: ModuleType, channels: Sequence[str]) -> list[Attached]:
-    """An effect at each place of a model where a diagnosis looks for it, its friction first."""
-    about = module.ABOUT
-    units = {v.name: v.quantity.unit for v in base.outputs}
-    specs = [module.NAME] if "friction" in about.looked_for else []
-    if "output" in about.looked_for:
-        specs += [f"{module.NAME}@{c}" for c in channels if units[c] in MOTION_UNITS or not about.motion_only]
-    found = []
-    for spec in specs:
-        try:
-            one = attach(base, spec)
-        except InputError:
-            continue
-        if one.spec == spec:  # without friction an id stands for the first output
-            found.append(one)
-    return found
-
-
-def least_stroke(module: ModuleType) -> float:
-    """Stroke [rad] below which an effect of the drum's turns is any smooth function of the position."""
-    return 2.0 * np.pi * module.ABOUT.turns
 
 
 def screen(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ... import __version__
-from ...effects import about, words
+from ...effects import FAMILIES, about, words
 from ...logs.display import display
 from ...report import Section, Table, write_report
 from ..answer.sentence import (
@@ -33,8 +33,8 @@ MOST_PLACES = 12
 def write_diagnosis_report(path: Path, found: Diagnosis) -> Path:
     """Write the report; see `tsm_fmu.report.write_report`."""
     made = [
-        _gaps(found), _where(found), _candidates(found), _formulas(found), *run_sections(found), _not_excluded(found),
-        _next(found), _parameters(found), _notes(found),
+        _gaps(found), _where(found), _candidates(found), _families(found), _formulas(found),
+        *run_sections(found), _not_excluded(found), _next(found), _parameters(found), _notes(found),
     ]  # fmt: skip
     model = found.final.model if found.final else ""
     sources = {"tsm-fmu": __version__, "verdict": found.verdict} | ({"model": model} if model else {})
@@ -173,6 +173,23 @@ def _candidates(found: Diagnosis) -> Section | None:
     return Section("Candidates", text, [Table(heading, rows, caption)])
 
 
+def _families(found: Diagnosis) -> Section | None:
+    """Over what the missing part is a law, also where it has no name."""
+    if not found.family_evidence:
+        return None
+    rows = [(e.channel, FAMILIES[e.family], _percent(max(e.share, 0.0))) for e in found.family_evidence]
+    text = (
+        f"Of what is missing: {' and '.join(FAMILIES[f] for f in found.family)}."
+        if found.family
+        else ("No family of laws predicts enough of what is missing to say of which it is.")
+    )
+    caption = (
+        "What the laws of each family predict of the residual of the refitted model on parts that were left out, of "
+        "what the model's parameters do not already do. Families share functions: the shares do not add up."
+    )
+    return Section("Family", text, [Table(("channel", "of the residual", "predicted"), rows, caption)])
+
+
 def _formulas(found: Diagnosis) -> Section | None:
     if found.verdict not in ("unknown", "ambiguous"):
         return None
@@ -196,16 +213,13 @@ def _not_excluded(found: Diagnosis) -> Section | None:
     parts, tables = [], []
     for ids in found.equivalent:
         parts.append(f"These runs cannot tell apart: {', '.join(words(e) for e in ids)}.")
-    if found.hidden:
-        rows = [(words(e), about(e).shown_by, e) for e in found.hidden]
+    if found.not_excited:
+        rows = [(words(e), about(e).shown_by, e) for e in found.not_excited]
         caption = "These runs could not show: too small in them, or taken up by the model's own parameters"
         tables.append(Table(("effect", "what would show it", "id"), rows, caption))
-    if found.unplaced:
-        model = found.final.model if found.final else "the model"
-        parts.append(
-            f"Nothing is said of these, which have no place in {model} with these channels: "
-            f"{', '.join(words(e) for e in found.unplaced)}."
-        )
+    if found.not_applicable:
+        rows = [(words(e), why, e) for e, why in found.not_applicable.items()]
+        tables.append(Table(("effect", "why", "id"), rows, "Not applicable: nothing is said of these"))
     return Section("What could not be excluded", "\n\n".join(parts), tables) if parts or tables else None
 
 

@@ -1,0 +1,65 @@
+"""The family of what is missing, also where it has no name: over what the residual is a law."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...effects import about
+from ...effects.about import Family
+from ...regression.problem import FitRun
+from ...regression.sensitivity import output_jacobian
+from ..criteria import FAMILY_SHARE
+from ..evidence import FamilyShare
+from ..fits.refit import Fitted
+from ..fits.response import normalised, places_of
+from ..residual.families import family_shares
+
+
+def family_evidence(fitted: Fitted, runs: Sequence[FitRun]) -> tuple[FamilyShare, ...]:
+    """What the laws of each family predict of what a fit leaves of each channel, most first.
+
+    Parameters
+    ----------
+    fitted : Fitted
+        The refitted model without any effect of the answer.
+    runs : sequence of FitRun
+        All samples of the measured runs.
+    """
+    whole = fitted.at(runs)
+    problem, places = whole.problem, places_of(whole)
+    channels = len(problem.channels)
+    moves = output_jacobian(problem, whole.table, np.ones(channels))
+    moves = moves.reshape(-1, channels, moves.shape[1])
+    found = []
+    for c, channel in enumerate(problem.channels):
+        residuals = [r[:, c] for r in whole.residuals]
+        outputs = [run.targets[:, c] - r for run, r in zip(problem.runs, residuals, strict=True)]
+        shares = family_shares(residuals, outputs, places, normalised(moves[:, c]))
+        found += [FamilyShare(family, channel, share) for family, share in shares.items()]
+    return tuple(sorted(found, key=lambda f: -f.share))
+
+
+def families_of(
+    verdict: str, effects: Sequence[str], equivalent: Sequence[str], evidence: Sequence[FamilyShare], channel: str
+) -> tuple[Family, ...]:
+    """Families of what is missing, most telling first; empty where nothing is, or nothing can be said.
+
+    Of named effects and of those that cannot be told apart it is what their files say; of an unknown one the family
+    whose laws predict most of the residual.
+
+    Parameters
+    ----------
+    verdict : str
+    effects, equivalent : sequence of str
+        Named effects, and those of a set that these runs cannot tell apart.
+    evidence : sequence of FamilyShare
+        Most first.
+    channel : str
+        The one that the answer is about.
+    """
+    if effects or equivalent:
+        return tuple(dict.fromkeys(about(spec).family for spec in (*effects, *equivalent)))
+    best = next((e for e in evidence if e.channel == channel and e.share > FAMILY_SHARE), None)
+    return (best.family,) if verdict == "unknown" and best is not None else ()

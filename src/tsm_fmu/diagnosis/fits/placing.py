@@ -1,0 +1,99 @@
+"""Where effects could be in a model with what its runs hold: their places, and why others have none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import ModuleType
+
+import numpy as np
+
+from ...effects import EFFECTS, id_of
+from ...effects.coordinates import ANGLE, Motion
+from ...kernels.chain import attach
+from ...kernels.chain_source import Attached
+from ...kernels.kernel import Kernel, kernel
+from ...models.contract import InputError
+from ..runs.beginning import friction_channels
+
+MOTION_UNITS = ("rad", "m")
+
+
+def possible(
+    model: str, channels: Sequence[str], attached: Sequence[str], inputs: Sequence[str], travel: float = np.inf
+) -> list[Attached]:
+    """Every effect at every place of the model where it can be seen in the channels.
+
+    Parameters
+    ----------
+    model : str
+    channels : sequence of str
+        Measured ones.
+    attached : sequence of str
+        Effects that are there already.
+    inputs : sequence of str
+    travel : float
+        Longest stroke of the runs, in the unit of the motion: some effects show over a turn of the drum only.
+    """
+    base, found = kernel(model), []
+    for module in EFFECTS:
+        if module.ABOUT.role != "read" and not _lacks(base, module, inputs) and travel >= least_stroke(module):
+            found += [one for one in places_of_effect(base, module, channels) if one.spec not in attached]
+    return found
+
+
+def places_of_effect(base: Kernel, module: ModuleType, channels: Sequence[str]) -> list[Attached]:
+    """An effect at each place of a model where a diagnosis looks for it, its friction first."""
+    about = module.ABOUT
+    units = {v.name: v.quantity.unit for v in base.outputs}
+    specs = [module.NAME] if "friction" in about.looked_for and friction_channels(base) & set(channels) else []
+    if "output" in about.looked_for:
+        specs += [f"{module.NAME}@{c}" for c in channels if units[c] in MOTION_UNITS or not about.motion_only]
+    found = []
+    for spec in specs:
+        try:
+            one = attach(base, spec)
+        except InputError:
+            continue
+        if one.spec == spec:  # without friction an id stands for the first output
+            found.append(one)
+    return found
+
+
+def not_applicable(model: Kernel, channels: Sequence[str]) -> dict[str, str]:
+    """Why an effect cannot be asked about at all, by id, of those that can at no place.
+
+    Parameters
+    ----------
+    model : Kernel
+        With the inputs of the runs.
+    channels : sequence of str
+        Measured ones.
+    """
+    there = tuple(getattr(model.module, "EFFECTS", ()))
+    base, inputs, found = kernel(model.name), [v.name for v in model.inputs], {}
+    for module in EFFECTS:
+        if module.NAME in map(id_of, there):
+            found[module.NAME] = "it is in the model as given"
+        elif missing := _lacks(base, module, inputs):
+            found[module.NAME] = f"it needs {missing}, which these runs of {base.name} have not"
+        elif module.ABOUT.role != "read" and not places_of_effect(base, module, channels):
+            acts = "friction" if "friction" in module.ABOUT.looked_for else "a position"
+            found[module.NAME] = f"it acts on {acts}, which is in none of {', '.join(channels)}"
+    return found
+
+
+def least_stroke(module: ModuleType) -> float:
+    """Stroke [rad] below which an effect of the drum's turns is any smooth function of the position."""
+    return 2.0 * np.pi * module.ABOUT.turns
+
+
+def _lacks(base: Kernel, module: ModuleType, inputs: Sequence[str]) -> str:
+    """What an effect takes that a model and its runs do not have; empty where they have all."""
+    asked = set(module.Inputs._fields)
+    if "load" in asked and not base.roles.load:
+        return "a load or a tension"
+    if "bend" in asked and ANGLE not in inputs:
+        return f"the sheath's angle ({ANGLE})"
+    if asked & set(Motion._fields) and not base.motion:
+        return "a motion"
+    return ""

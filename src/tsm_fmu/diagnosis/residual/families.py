@@ -1,0 +1,187 @@
+"""Of what a residual is a law: each family of effects by what its functions predict of it where they were not fitted.
+
+An effect is one equation of its family; the functions here are many, so that they stand for laws that no effect has.
+They are numbers of about unit size, without texts: for a formula see `library`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from ...effects.about import Family
+from ...kernels.arrays import FloatArray
+from ..runs.motion_signals import Coordinates
+from .library import DISTANCES, LAGS, SPEEDS, folds
+
+DAMPING = (1e-4, 1e-3, 1e-2, 1e-1, 1.0)
+"""Ridge factors tried, relative to the samples."""
+ROWS = 8000
+"""Samples of all runs together that the regression sees; the functions are made at full sampling."""
+HATS = 14
+"""Functions over the stroke that each sit at one place."""
+LAGGED = (0.01, 0.05, 0.2)
+"""Time constants of a rate, as parts of the time between reversals."""
+
+
+def family_shares(
+    residuals: Sequence[FloatArray], outputs: Sequence[FloatArray], places: Sequence[Coordinates],
+    imitated: FloatArray,
+) -> dict[Family, float]:  # fmt: skip
+    """Share of one channel's residual that each family's functions predict on parts that were left out.
+
+    Parameters
+    ----------
+    residuals, outputs : sequence of ndarray, shape (n,)
+        What the fitted model leaves and gives, one array a run.
+    places : sequence of Coordinates
+        At the same samples.
+    imitated : ndarray, shape (samples of all runs, k)
+        What the model's parameters can do, which a fit has taken already.
+    """
+    step = max(1, sum(r.size for r in residuals) // ROWS)
+    rows = np.concatenate([np.arange(r.size) % step == 0 for r in residuals])
+    common = [_joined([(np.ones(c.z.size), c.z, c.s) for c in places]), imitated]
+    basis = np.linalg.qr(np.column_stack(common)[rows])[0]
+    y = _outside(np.concatenate(residuals)[rows], basis)
+    fold = folds([r.size for r in residuals])[rows]
+    found: dict[Family, float] = {}
+    for family, columns in _functions(places, outputs):
+        x = _outside(columns[rows], basis)
+        size = np.sqrt(np.mean(x**2, axis=0))
+        x = x[:, size > 1e-6] / size[size > 1e-6]
+        found[family] = _predicted(x, y, fold) if x.size else 0.0
+    return found
+
+
+def _joined(per_run: Sequence[Sequence[FloatArray]]) -> FloatArray:
+    """Functions as columns, runs one after the other."""
+    return np.column_stack([np.concatenate(column) for column in zip(*per_run, strict=True)])
+
+
+def _outside(columns: FloatArray, basis: FloatArray) -> FloatArray:
+    return columns - basis @ (basis.T @ columns)
+
+
+def _predicted(x: FloatArray, y: FloatArray, fold: NDArray[np.int_]) -> float:
+    parts = [(x[fold == f], y[fold == f]) for f in np.unique(fold)]
+    grams, crosses = [a.T @ a for a, _ in parts], [a.T @ b for a, b in parts]
+    gram, cross, best = sum(grams), sum(crosses), 0.0
+    for damping in DAMPING:
+        missed = 0.0
+        for (a, b), g, c in zip(parts, grams, crosses, strict=True):
+            regular = damping * (y.size - b.size) * np.eye(x.shape[1])
+            missed += float(np.sum((b - a @ np.linalg.solve(gram - g + regular, cross - c)) ** 2))
+        best = max(best, 1.0 - missed / max(float(y @ y), 1e-300))
+    return best
+
+
+def _functions(places: Sequence[Coordinates], outputs: Sequence[FloatArray]) -> Iterator[tuple[Family, FloatArray]]:
+    """The functions of each family as columns, runs one after the other."""
+    sizes = _Sizes(places, outputs)
+    ways: dict[Family, Callable[[_Sizes, Coordinates, FloatArray], list[FloatArray]]] = {
+        "position": _position, "speed": _speed, "acceleration": _acceleration, "load": _load, "time": _time,
+        "history": _history, "direction": _direction, "sensor": _sensor,
+    }  # fmt: skip
+    for family, way in ways.items():
+        per_run = [way(sizes, c, y) for c, y in zip(places, outputs, strict=True)]
+        if per_run[0]:
+            yield family, _joined(per_run)
+
+
+class _Sizes:
+    """What the coordinates are divided by."""
+
+    def __init__(self, places: Sequence[Coordinates], outputs: Sequence[FloatArray]) -> None:
+        x = np.concatenate([c.x for c in places])
+        self.low, self.span = float(x.min()), float(np.ptp(x)) or 1.0
+        self.stroke = max(float(np.ptp(c.x)) for c in places) or 1.0
+        self.v, self.a = (
+            float(np.sqrt(np.mean(np.concatenate([getattr(c, n) for c in places]) ** 2))) or 1.0 for n in ("v", "a")
+        )
+        self.length = max(float(np.ptp(c.time)) for c in places) or 1.0
+        self.travel = max(float(np.sum(np.abs(np.diff(c.x)))) for c in places) or 1.0
+        self.pace = self.span / self.v
+        loads = [c.load for c in places if c.load is not None]
+        self.load = float(np.max(np.abs(np.concatenate(loads)))) or 1.0 if len(loads) == len(places) else 0.0
+        y = np.concatenate(outputs)
+        self.y_mean, self.y = float(y.mean()), float(y.std()) or 1.0
+
+
+def _position(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
+    x = (c.x - r.low) / r.span
+    hats = [np.maximum(0.0, 1.0 - np.abs(x * (HATS - 1) - k)) for k in range(HATS)]
+    return [*hats, *(c.z * hat for hat in hats), (x - 0.5) * c.v / r.v, (x - 0.5) ** 2 * c.v / r.v]
+
+
+def _speed(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
+    w, s = c.v / r.v, np.abs(c.v) / r.v
+    return [
+        w, w * s, w**3, c.s * np.sqrt(s), c.z * s, c.z * s * s, np.arcsinh(10.0 * w), np.arcsinh(40.0 * w),
+        *(c.z * np.exp(-s / q) for q in SPEEDS), *(c.z * np.exp(-((s / q) ** 2)) for q in SPEEDS),
+    ]  # fmt: skip
+
+
+def _acceleration(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
+    b = c.a / r.a
+    forth, faster = (c.v > 0.0).astype(float), (c.a * c.v > 0.0).astype(float)
+    short, sized = np.tanh(b / 0.3), np.abs(np.tanh(b / 0.3))
+    jerk = np.gradient(b, c.time) * r.pace
+    return [
+        b, jerk, np.abs(b), c.z * np.abs(b), short, c.z * sized, c.z * sized * faster, c.z * faster, short * forth,
+        c.z * np.abs(b) * faster, b * forth, b**3 / 5.0, _lag(b, c, 0.05 * r.pace), _lag(b, c, 0.2 * r.pace),
+    ]  # fmt: skip
+
+
+def _load(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
+    if not r.load or c.load is None:
+        return []
+    load = c.load / r.load
+    size, with_motion = np.abs(load), (load * c.v > 0.0).astype(float)
+    return [
+        load, size, load**2, np.tanh(10.0 * load), np.tanh(30.0 * load), c.z * size, c.z * load, c.z * load**2,
+        c.z * np.sqrt(size), *(c.z * np.maximum(0.0, size - q) for q in (0.25, 0.5, 0.75)), c.z * size * with_motion, c.z * size * np.tanh(10.0 * load * c.v / r.v), size * c.v / r.v,
+        load * (c.x - r.low) / r.span, *(_lag(load, c, part * r.length) for part in LAGS),
+        _lag(load**2, c, 0.1 * r.length),
+    ]  # fmt: skip
+
+
+def _time(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
+    t, s = (c.time - c.time[0]) / r.length, np.abs(c.v) / r.v
+    way = np.cumsum(np.abs(np.diff(c.x, prepend=c.x[0]))) / r.travel
+    warm = [_lag(s / (s + 0.1), c, part * r.length) for part in (0.1, 0.3)]
+    fades = [t, t * t, np.exp(-t / 0.1), np.exp(-t / 0.3), way, np.exp(-way / 0.1), np.exp(-way / 0.4), *warm]
+    return [*fades, *(c.z * f for f in fades), *(c.v / r.v * f for f in fades[2:4])]
+
+
+def _history(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
+    after = [np.exp(-c.since_reversal / (part * r.stroke)) for part in DISTANCES]
+    held, u, w = np.log1p(c.dwell / 0.1), (c.x - r.low) / r.span, np.abs(c.v) / r.v
+    lags = [part * r.length for part in LAGS]
+    return [
+        *(c.s * f for f in after), *(c.s * held * f for f in after[:5]), c.z * held,
+        *(u - _lag(u, c, tau) for tau in lags), *(c.s - _lag(c.s, c, tau) for tau in lags),
+        *(c.z * (w - _lag(w, c, part * r.pace)) for part in LAGGED),
+    ]  # fmt: skip
+
+
+def _direction(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
+    s, forth = np.abs(c.v) / r.v, (c.v > 0.0).astype(float)
+    both = [s, s * s, np.sqrt(s)]
+    return [forth, np.abs(c.z), *both, *(forth * f for f in both)]
+
+
+def _sensor(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
+    u = (y - r.y_mean) / r.y
+    rate = np.gradient(u, c.time) * r.pace
+    return [u, rate, np.gradient(rate, c.time) * r.pace, rate * (c.time - c.time[0]) / r.length]
+
+
+def _lag(values: FloatArray, c: Coordinates, time_constant: float) -> FloatArray:
+    """A first-order lag, from rest at the first value."""
+    keep = float(np.exp(-float(np.median(np.diff(c.time))) / time_constant))
+    slow, _ = lfilter([1.0 - keep], [1.0, -keep], values, zi=[keep * values[0]])
+    return np.asarray(slow)

@@ -1,0 +1,104 @@
+"""Of what a residual is a law: residuals that were built here, from functions that are not those on offer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tsm_fmu.diagnosis.answer.family import families_of
+from tsm_fmu.diagnosis.answer.sentence import answer
+from tsm_fmu.diagnosis.evidence import FamilyShare, Gap
+from tsm_fmu.diagnosis.residual.families import family_shares
+from tsm_fmu.diagnosis.result import Diagnosis
+from tsm_fmu.diagnosis.runs.motion_signals import Coordinates, coordinates_of
+from tsm_fmu.effects import EFFECTS, FAMILIES, about
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.regression.problem import FitRun
+
+DT = 0.0097
+
+
+def runs(seed: int = 3, count: int = 4, n: int = 2400) -> list[Coordinates]:
+    """Four sines of no common period, with a load that moves otherwise."""
+    rng, found = np.random.default_rng(seed), []
+    for _ in range(count):
+        t = np.arange(n) * DT
+        parts = zip((0.9, 0.5, 0.3, 0.11), (0.131, 0.337, 0.871, 2.3), rng.random(4) * 6.0, strict=True)
+        x = 0.047 * np.sum([a * np.sin(2.0 * np.pi * f * t + p) for a, f, p in parts], axis=0)
+        v = np.gradient(x, t)
+        load = 2.1 + 1.3 * np.sin(2.0 * np.pi * 0.23 * t + 6.0 * rng.random())
+        found.append(coordinates_of(kernel("LuGreFriction"), FitRun("r", t, v[:, None], v[:, None]), load))
+    return found
+
+
+LAWS: dict[str, Callable[[Coordinates], np.ndarray]] = {
+    "position": lambda c: np.sin(5.3 * (c.x - 0.01) / 0.047) + 0.4 * np.tanh(c.x / 0.01),
+    "speed": lambda c: np.sign(c.v) * np.abs(c.v / 0.1) ** 0.37,
+    "acceleration": lambda c: c.s * np.sqrt(np.abs(c.a) / 0.3) * (c.a * c.v > 0.0),
+    "load": lambda c: c.z * np.maximum(0.0, (c.load if c.load is not None else 0.0) - 1.7) ** 1.3,
+    "time": lambda c: c.z / (1.0 + (c.time - c.time[0]) / 4.0),
+    "history": lambda c: c.s / (1.0 + (c.since_reversal / 0.004) ** 2),
+    "direction": lambda c: (c.v > 0.0) * np.abs(c.v / 0.1) ** 0.8,
+}
+
+
+@pytest.mark.parametrize("family", LAWS)
+def test_the_family_of_a_law_predicts_most_of_it(family: str) -> None:
+    rng, where = np.random.default_rng(11), runs()
+    law = [LAWS[family](c) for c in where]
+    size = 0.1 * float(np.std(np.concatenate(law)))
+    noisy = [y + size * rng.normal(size=y.size) for y in law]
+    outputs = [0.7 * c.z + 1.3 * c.v for c in where]
+    shares = family_shares(noisy, outputs, where, np.empty((sum(y.size for y in law), 0)))
+    assert max(shares, key=lambda f: shares[f]) == family
+    assert shares[family] > 0.6
+
+
+def test_a_late_signal_is_a_law_of_the_sensor() -> None:
+    where = runs()
+    outputs = [0.3 * np.tanh(c.z) + 8.1 * c.x for c in where]
+    late = [y - np.interp(c.time - 0.023, c.time, y) for c, y in zip(where, outputs, strict=True)]
+    shares = family_shares(late, outputs, where, np.empty((sum(y.size for y in late), 0)))
+    assert max(shares, key=lambda f: shares[f]) == "sensor"
+
+
+def test_noise_is_no_law_and_what_the_parameters_do_is_none() -> None:
+    """White noise, and a residual that moves of the model's parameters make: nothing is predicted of either."""
+    rng, where = np.random.default_rng(5), runs()
+    outputs = [c.z for c in where]
+    rows = sum(c.x.size for c in where)
+    noise = [rng.normal(size=c.x.size) for c in where]
+    assert max(family_shares(noise, outputs, where, np.empty((rows, 0))).values()) < 0.05
+    done = [np.tanh(c.v / 0.05) for c in where]
+    left = [0.3 * y + 0.01 * rng.normal(size=y.size) for y in done]
+    assert max(family_shares(left, outputs, where, np.concatenate(done)[:, None]).values()) < 0.05
+
+
+def test_without_a_load_nothing_is_said_of_it() -> None:
+    where = [replace(c, load=None) for c in runs(count=2)]
+    shares = family_shares([c.x for c in where], [c.x for c in where], where, np.empty((4800, 0)))
+    assert set(FAMILIES) - set(shares) == {"load"}
+
+
+def test_names_bring_their_family_and_what_has_none_its_best_evidence() -> None:
+    seen = (FamilyShare("time", "F", 0.81), FamilyShare("load", "F", 0.3), FamilyShare("speed", "x_out", 0.95))
+    for module in EFFECTS:
+        assert families_of("named", (f"{module.NAME}@F",), (), (), "F") == (about(module.NAME).family,)
+    assert families_of("ambiguous", (), ("wear", "load_dependence", "thermal"), (), "F") == ("time", "load")
+    assert families_of("unknown", (), (), seen, "F") == ("time",)
+    assert families_of("unknown", (), (), (FamilyShare("time", "F", 0.03),), "F") == ()
+    assert families_of("none", (), (), seen, "F") == ()
+
+
+def test_the_answer_says_the_family() -> None:
+    gap = {"F": Gap("N", 0.31, 0.3, None, None, 0.04, 0.04, None, None, None, 0.29, None)}
+    seen = (FamilyShare("load", "F", 0.823), FamilyShare("time", "F", 0.2))
+    said = answer(Diagnosis("unknown", gap=gap, channels=("F",), family=("load",), family_evidence=seen))
+    assert "What is missing is a law of the load (such laws predict 82 % of it)." in said
+    named = Diagnosis("named", effects=("wear",), gap=gap, channels=("F",), family=("time",))
+    assert answer(named).endswith("Family: a law of time or travel.")
+    sets = Diagnosis("ambiguous", equivalent=(("wear", "stribeck"),), gap=gap, family=("time", "speed"))
+    assert answer(sets).endswith("Family: a law of time or travel or a law of the speed.")

@@ -1,0 +1,48 @@
+"""Which effects can be asked about at all: each is a candidate, or is said with a reason not to apply."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tsm_fmu.diagnosis.fits.placing import not_applicable, places_of_effect, possible
+from tsm_fmu.effects import EFFECTS, id_of
+from tsm_fmu.kernels.chain import chain
+from tsm_fmu.kernels.kernel import kernel
+
+READ = {m.NAME for m in EFFECTS if m.ABOUT.role == "read"}
+
+
+@pytest.mark.parametrize(
+    ("model", "channels"),
+    [
+        ("LuGreFriction", ("F",)),
+        ("PairedTsmBacklash", ("x_out",)),
+        ("TendonDrive", ("x_out", "tau_in")),
+        ("TendonDrive", ("x_out",)),
+        ("SingleTsmDahl", ("F",)),
+        ("DcMotor", ("omega",)),
+    ],
+)
+def test_each_effect_is_a_candidate_or_has_a_reason(model: str, channels: tuple[str, ...]) -> None:
+    base = kernel(model)
+    candidates = {c.module.NAME for c in possible(model, channels, (), [v.name for v in base.inputs])}
+    reasons = not_applicable(base, channels)
+    assert candidates.isdisjoint(reasons)
+    assert candidates | set(reasons) | READ == {m.NAME for m in EFFECTS}
+    assert all(len(why.split()) > 3 for why in reasons.values())
+
+
+def test_friction_that_no_measured_channel_holds_is_no_place() -> None:
+    base = kernel("TendonDrive")
+    (coulomb,) = [m for m in EFFECTS if m.NAME == "coulomb"]
+    assert [a.spec for a in places_of_effect(base, coulomb, ("x_out", "tau_in"))] == ["coulomb"]
+    assert places_of_effect(base, coulomb, ("x_out",)) == []
+
+
+def test_what_the_model_was_given_with_is_said_to_be_there() -> None:
+    base = chain("TendonDrive", ("inertia", "backlash@x_out"))
+    reasons = not_applicable(base, ("x_out", "tau_in"))
+    assert reasons["inertia"] == reasons["backlash"] == "it is in the model as given"
+    assert set(map(id_of, ("inertia", "backlash@x_out"))) <= set(reasons)
+    assert np.count_nonzero([why == "it is in the model as given" for why in reasons.values()]) == 2
