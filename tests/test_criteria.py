@@ -20,7 +20,7 @@ FINENESS = {
     "draws": ("NULLS", "SURROGATES", "RESAMPLES", "SMALLEST", "LEVEL"),
     "numerics": ("STEPS", "RIDGE", "DAMPING", "DECIBEL", "SHAPES", "SHRUNK", "FIRST", "PROBE_STEPS", "FOLD_STEPS"),
     "the library of functions": ("DISTANCES", "SPEEDS", "WIDTHS", "LAGS", "CENTRED", "HOLD", "TURNING_RAD", "ALIKE",
-                                 "BLOCKS", "MOST_FOLDS", "HARMONICS", "SINGLE"),
+                                 "BLOCKS", "MOST_FOLDS", "HARMONICS", "SINGLE", "HATS", "LAGGED"),
     "what a page holds": ("LEADING", "MOST_PLACES", "MOST_RUNS", "APART"),
 }  # fmt: skip
 """Constants that decide nothing: how finely something is computed, what is offered, how much is drawn."""

@@ -141,10 +141,11 @@ def _load(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
         return []
     load = c.load / r.load
     size, with_motion = np.abs(load), (load * c.v > 0.0).astype(float)
+    levels = [size, load, load**2, np.sqrt(size), *(np.maximum(0.0, size - q) for q in (0.25, 0.5, 0.75))]
+    with_side = [size * with_motion, size * np.tanh(10.0 * load * c.v / r.v)]
     return [
-        load, size, load**2, np.tanh(10.0 * load), np.tanh(30.0 * load), c.z * size, c.z * load, c.z * load**2,
-        c.z * np.sqrt(size), *(c.z * np.maximum(0.0, size - q) for q in (0.25, 0.5, 0.75)), c.z * size * with_motion, c.z * size * np.tanh(10.0 * load * c.v / r.v), size * c.v / r.v,
-        load * (c.x - r.low) / r.span, *(_lag(load, c, part * r.length) for part in LAGS),
+        load, size, load**2, np.tanh(10.0 * load), np.tanh(30.0 * load), *(c.z * f for f in (*levels, *with_side)),
+        size * c.v / r.v, load * (c.x - r.low) / r.span, *(_lag(load, c, part * r.length) for part in LAGS),
         _lag(load**2, c, 0.1 * r.length),
     ]  # fmt: skip
 
