@@ -54,12 +54,7 @@ def test_friction_of_the_modified_lugre_model_has_acceleration_branches(tmp_path
     assert after < refitted / 3.0
 
 
-SLACK_FIT = pytest.mark.xfail(
-    strict=True, reason="known defect since the one descent: slack is named, but its refit leaves more than without it"
-)
-
-
-@pytest.mark.parametrize("name", ["layers_1mm", "elastic", pytest.param("slack", marks=SLACK_FIT)])
+@pytest.mark.parametrize("name", ["layers_1mm", "elastic", "slack"])
 def test_what_is_hidden_in_a_lebus_transmission_is_named(tmp_path, name):
     case = lebus.case(name, tmp_path)
     answer = answered(case, tmp_path / "diagnosis")

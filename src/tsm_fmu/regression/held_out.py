@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
@@ -11,6 +12,8 @@ from ..kernels.arrays import BoolArray, FloatArray
 from ..models.contract import InputError
 from .descent import Descent
 from .problem import FitRun, Problem
+from .sensitivity import sensitivity_scales
+from .uncertainty import autocorrelation_time
 
 SETTLING = 2.0
 """Seconds of a held-out run that give its per-run parameters (initial state, offset) and are not scored."""
@@ -23,6 +26,10 @@ def is_settling(run: FitRun) -> BoolArray:
 
 def settled(problem: Problem, table: FloatArray, run: FitRun, fields: Collection[str]) -> FloatArray:
     """Values of a fit for a run that was not fitted.
+
+    The first seconds may not tell two of a run's own parameters apart, such as an offset and the start of a slow state:
+    what they leave open stays near the mean of the runs fitted. A change that moves the channels by a standard
+    deviation weighs as much as one independent sample of the fit's own error.
 
     Parameters
     ----------
@@ -55,7 +62,19 @@ def settled(problem: Problem, table: FloatArray, run: FitRun, fields: Collection
     means = dict(zip(problem.fields, table.mean(axis=0).tolist(), strict=True))
     space = problem.space.starting_at(means).freeing_only(free).with_per_run(free)
     single = replace(problem, runs=[start], space=space, pooling={})
+    scales = sensitivity_scales(single.with_runs([run]))
+    single = replace(single, pooling={f: _error(problem, table) / scales[f] for f in free}, centres=means)
     return Descent().refined(single, single.start())[0]
+
+
+def _error(problem: Problem, table: FloatArray) -> float:
+    """Weighted error of an independent sample: slow errors are alike in the samples of their autocorrelation time."""
+    found = [
+        float(np.mean(r**2)) * autocorrelation_time(r)
+        for gaps in problem.gaps(table)
+        for r in (gaps * problem.weights).T
+    ]
+    return math.sqrt(np.mean(found))
 
 
 def held_out_errors(

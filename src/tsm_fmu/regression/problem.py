@@ -89,7 +89,9 @@ class Problem:
     weights : ndarray, shape (channels,)
         Factor of each channel's residual, 1/noise; 1/standard deviation by default.
     pooling : mapping of str to float
-        Partial pooling of per-run parameters, by field: weight of how far the runs' values are from their mean.
+        Partial pooling of per-run parameters, by field: weight of how far the runs' values are from their mean,
+    centres : mapping of str to float
+        or from the value given here.
     """
 
     kernel: Kernel
@@ -98,6 +100,7 @@ class Problem:
     space: SearchSpace
     weights: FloatArray = field(default_factory=lambda: np.empty(0))
     pooling: Mapping[str, float] = field(default_factory=dict)
+    centres: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.weights.size:
@@ -218,9 +221,12 @@ class Problem:
         return [residual for piece in found for residual in piece]
 
     def pooling_residual(self, table: FloatArray) -> FloatArray:
-        """Weighted distances of the runs' values from their mean, one pooled parameter after the other."""
-        columns = [(self.fields.index(f), self.pooling.get(f, 0.0)) for f in self.per_run]
-        return np.concatenate([np.empty(0), *(w * (table[:, j] - table[:, j].mean()) for j, w in columns if w > 0.0)])
+        """Weighted distances of the runs' values from their centre, one pooled parameter after the other."""
+        found = [np.empty(0)]
+        for f in (f for f in self.per_run if self.pooling.get(f, 0.0) > 0.0):
+            values = table[:, self.fields.index(f)]
+            found.append(self.pooling[f] * (values - self.centres.get(f, values.mean())))
+        return np.concatenate(found)
 
     def cost(self, table: FloatArray) -> float:
         """Sum of squares of all residuals; infinite where the model fails."""

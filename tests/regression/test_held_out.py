@@ -1,0 +1,55 @@
+"""What a held-out run's first seconds say of its own parameters, and what they cannot say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.regression.held_out import settled
+from tsm_fmu.regression.problem import FitRun, Problem
+from tsm_fmu.regression.specification import per_run_fields, search_space
+
+MODEL = kernel("TendonDrive")
+X_OUT = [v.name for v in MODEL.outputs].index("x_out")
+
+
+def run(name: str, seed: int, x_0: float, alpha: float, x_h_0: float) -> FitRun:
+    """Samples of the exact motion, Eqs (9) and (10) of MSSP 2015 with beta -> 0, with 0.02 rad of slow error."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, 23.0, 0.0117)
+    x = 1.3 * np.sin(0.83 * t + seed) + 0.41 * np.sin(2.9 * t)
+    travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
+    wander = np.interp(t, np.linspace(0.0, 23.0, 47), 0.02 * rng.normal(size=47))
+    y = 0.97 * x + x_0 + x_h_0 * np.exp(-alpha * travel) + wander
+    return FitRun(name, t, np.column_stack([x, np.zeros_like(x)]), y[:, None])
+
+
+def problem(alpha: float, starts: list[tuple[float, float]]) -> tuple[Problem, np.ndarray]:
+    runs = [run(f"run {k}", k, x_0, alpha, x_h_0) for k, (x_0, x_h_0) in enumerate(starts)]
+    values = {"c": 0.97, "beta": -1e-4, "alpha": alpha}
+    space = search_space(MODEL, None, values, per_run=per_run_fields(MODEL))
+    found = Problem(MODEL, runs, ("x_out",), space)
+    table = found.start()
+    for name, column in (("x_0", 0), ("x_h_0", 1)):
+        table[:, found.fields.index(name)] = [start[column] for start in starts]
+    return found, table
+
+
+def of(problem: Problem, row: np.ndarray, name: str) -> float:
+    return float(row[problem.fields.index(name)])
+
+
+def test_what_two_seconds_cannot_tell_apart_stays_near_the_runs_fitted() -> None:
+    fitted, table = problem(1e-3, [(0.31, 0.07), (0.22, -0.04)])
+    row = settled(fitted, table, run("held out", 7, 0.27, 1e-3, 0.02), fitted.per_run)
+    # the sum is seen, the parts only over a travel of 1/alpha = 1000 rad
+    assert of(fitted, row, "x_0") + of(fitted, row, "x_h_0") == pytest.approx(0.29, abs=0.04)
+    assert abs(of(fitted, row, "x_h_0")) < 0.3
+
+
+@pytest.mark.parametrize("offset", [-7.3, 0.9, 12.6])
+def test_an_offset_far_from_those_of_the_runs_fitted_is_found(offset: float) -> None:
+    fitted, table = problem(6.1, [(0.31, 0.07), (0.22, -0.04)])
+    row = settled(fitted, table, run("held out", 5, offset, 6.1, 0.05), fitted.per_run)
+    assert of(fitted, row, "x_0") == pytest.approx(offset, abs=0.03)
