@@ -5,13 +5,12 @@ from __future__ import annotations
 import html
 import json
 import re
-import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.browser import assert_readable, needs_chromium
 from tsm_fmu.card import read_card
 from tsm_fmu.diagnosis.evidence import Gap
 from tsm_fmu.diagnosis.report.page import _closed, _gaps
@@ -23,10 +22,8 @@ from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.display import display
 from tsm_fmu.logs.record import Record
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 DT, ROWS = 0.01, 1600
 GIVEN = {"sigma0": 120.0, "sigma1": 0.05, "sigma2": 0.11, "F_c": 0.7, "F_s": 0.7, "v_s": 0.3}
-PHONE = 390
 
 
 def record(seed: int) -> Record:
@@ -172,36 +169,9 @@ def test_only_effects_without_a_place_lack_a_motion(written: tuple[Path, dict]) 
         assert html.escape(why) in text
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed (Debian package chromium)")
-def test_a_phone_shows_every_figure_and_scrolls_only_tables_sideways(
-    written: tuple[Path, dict], tmp_path: Path
+@needs_chromium
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_phone_shows_every_figure_and_scrolls_nothing_sideways(
+    written: tuple[Path, dict], tmp_path: Path, dark: bool
 ) -> None:
-    frame = tmp_path / "frame.html"
-    measure = (
-        "let d = f.contentDocument, wide = [...d.querySelectorAll('main *')].filter(e => !e.closest('.scroll') && "
-        f"!e.closest('.js-plotly-plot') && e.getBoundingClientRect().right > {PHONE} + 0.5).map(e => e.tagName);"
-        "document.getElementById('out').textContent = JSON.stringify({width: d.documentElement.scrollWidth, wide, "
-        "figures: d.querySelectorAll('figure').length, drawn: d.querySelectorAll('.scatterlayer .trace').length, "
-        "plots: [...d.querySelectorAll('.main-svg')].map(e => e.getBoundingClientRect().right)})"
-    )
-    frame.write_text(
-        f'<iframe src="{written[0].as_uri()}" style="border:0;width:{PHONE}px;height:3000px" '
-        f'onload="const f = this; setTimeout(() => {{ {measure} }}, 3000)"></iframe><pre id="out"></pre>',
-        encoding="utf-8",
-    )
-    command = [
-        str(CHROMIUM), "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-sync",
-        "--disable-background-networking", "--disable-component-update", "--host-resolver-rules=MAP * ~NOTFOUND",
-        "--allow-file-access-from-files", "--hide-scrollbars", f"--user-data-dir={tmp_path / 'profile'}",
-        "--window-size=800,3000",
-        "--virtual-time-budget=12000", "--dump-dom", frame.as_uri(),
-    ]  # fmt: skip
-    dom = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True).stdout
-    said = re.search(r'<pre id="out">(.*?)</pre>', dom, re.DOTALL)
-    assert said is not None
-    page = json.loads(said[1])
-    assert page["width"] == PHONE
-    assert page["wide"] == []
-    assert page["figures"] >= 5
-    assert page["drawn"] >= 2 * page["figures"] - 4
-    assert max(page["plots"]) <= PHONE
+    assert assert_readable(written[0], tmp_path, dark=dark)["frames"] >= 5

@@ -61,11 +61,10 @@ def test_tables_have_the_numbers_of_the_data() -> None:
 
 def test_the_figure_has_a_plot_for_each_channel_in_the_unit_of_people() -> None:
     figure = diagnosis().figure()
-    angle, force = figure.data
-    assert np.allclose(angle.y, np.degrees([0.0121, 0.0120, 0.0023, 0.0019]))
-    assert np.allclose(force.y, [0.31, 0.29, 0.04, 0.04])
-    titles = [note.text for note in figure.layout.annotations]
-    assert titles == ["x_out [deg], held out", "F [N]"]
+    angle, force = figure.panels
+    assert np.allclose([*angle.bars.values()], np.degrees([0.0121, 0.0120, 0.0023, 0.0019]))
+    assert np.allclose([*force.bars.values()], [0.31, 0.29, 0.04, 0.04])
+    assert [p.title.partition(": ")[2] for p in figure.panels] == ["x_out [deg], held out", "F [N]"]
 
 
 def test_a_notebook_shows_the_answer_as_text() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.browser import LARGEST
 from tsm_fmu import InputError
 from tsm_fmu.reproduction import reproduce, write_reproduction
 from tsm_fmu.reproduction.claims import NOTHING, Method
@@ -101,7 +102,8 @@ def test_the_table_is_written_as_csv_and_json(done, tmp_path):
     for claim in done.claims:
         assert f'id="{claim.key.replace(".", "-")}"' in text
     drawn = sum(len(panels) for result in done.results.values() for panels in result.figures.values())
-    assert text.count('class="plotly-graph-div"') == drawn
+    assert text.count('class="plot"') == drawn + 1  # the proof below the headline, once more at its place
+    assert paths["report"].stat().st_size < LARGEST
     assert "http://" not in re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
 
 

@@ -10,13 +10,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import pandas as pd
-import plotly.graph_objects as go
 
 from ..card import ModelCard
 from ..effects import id_of
 from ..effects.about import Family
 from ..logs.display import display
-from ..report import bar_figure
+from ..report import Figure, bar_figure
 from .evidence import (
     Candidate,
     FamilyShare,
@@ -179,7 +178,7 @@ class Diagnosis:
         }  # fmt: skip
         return pd.DataFrame.from_dict(rows, orient="index").dropna(axis="columns", how="all").rename_axis("channel")
 
-    def figure(self) -> go.Figure:
+    def figure(self) -> Figure:
         """Error of each channel before, refitted and with the answer, beside its floor; held-out runs if any."""
         bars: dict[str, dict[str, float]] = {}
         for channel, g in self.gap.items():

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-import plotly.graph_objects as go
 
 from .. import __version__
 from ..kernels.arrays import FloatArray
@@ -14,7 +13,7 @@ from ..logs.record import Record
 from ..logs.units import unit_to_si
 from ..models.contract import Variable
 from ..regression.problem import FitRun
-from ..report import Line, Section, Table, loop_figure, time_figure, write_report
+from ..report import Figure, Line, Section, Table, loop_figure, time_figure, write_report
 from .fit import SETTLING, Fit
 from .result import run_outputs
 
@@ -152,8 +151,8 @@ def _channel_sections(fit: Fit, channel: str, drawn: Sequence[FitRun], total: in
     show, unit = _shown(output)
     column = fit.channels.index(channel)
     over = _abscissas(fit)
-    fits: list[go.Figure] = []
-    errors: list[go.Figure] = []
+    fits: list[Figure] = []
+    errors: list[Figure] = []
     lines: dict[str, list[Line]] = {name: [] for name in ("time [s]", *over)}
     for run in drawn:
         measured = show(run.targets[:, column])

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import plotly.graph_objects as go
-from jinja2 import Environment, StrictUndefined
-from plotly.offline import get_plotlyjs
+from markupsafe import Markup
 
 from ..models.contract import InputError
+from .embed import Plots, rendered
+from .figures import Figure
 
 
 @dataclass(frozen=True)
@@ -32,11 +30,16 @@ class Section:
     title: str
     text: str = ""
     tables: Sequence[Table] = ()
-    figures: Sequence[go.Figure] = ()
+    figures: Sequence[Figure] = ()
 
 
 def write_report(
-    path: Path, title: str, summary: str, sections: Sequence[Section], provenance: Mapping[str, Any] | None = None
+    path: Path,
+    title: str,
+    summary: str,
+    sections: Sequence[Section],
+    provenance: Mapping[str, Any] | None = None,
+    proof: Figure | None = None,
 ) -> Path:
     """Write the report and return its path.
 
@@ -50,26 +53,34 @@ def write_report(
         In reading order.
     provenance : mapping, optional
         What produced the numbers: version, inputs with hashes, seed; shown at the end.
+    proof : Figure, optional
+        The picture that proves the answer, shown below it; without it the first figure of the sections, which is then
+        not shown twice.
 
     Raises
     ------
     InputError
         If the file cannot be written.
     """
-    page = _template().render(
+    first = proof or next((figure for section in sections for figure in section.figures), None)
+    plots = Plots()
+    page = rendered(
+        "page.html",
         title=title,
         summary=summary,
+        proof=_placed(plots, first) if first else [],
         sections=[
             {
                 "title": section.title,
                 "paragraphs": [p for p in section.text.split("\n\n") if p.strip()],
-                "tables": [_cells(table) for table in section.tables],
-                "figures": [_figure_html(figure) for figure in section.figures],
+                "tables": [cells(table) for table in section.tables],
+                "figures": [_placed(plots, figure) for figure in section.figures if figure is not first],
             }
             for section in sections
+            if section.text or section.tables or any(figure is not first for figure in section.figures)
         ],
         provenance=dict(provenance or {}),
-        plotly_js=get_plotlyjs() if any(section.figures for section in sections) else "",
+        scripts=plots.scripts(),
     )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -88,18 +99,11 @@ def format_number(value: Any) -> str:
     return "" if value is None else str(value)
 
 
-def _cells(table: Table) -> dict[str, Any]:
+def cells(table: Table) -> dict[str, Any]:
+    """A table as ``table.html`` draws it."""
     rows = [[(format_number(c), isinstance(c, (int, float))) for c in row] for row in table.rows]
     return {"heading": table.heading, "rows": rows, "caption": table.caption}
 
 
-def _figure_html(figure: go.Figure) -> str:
-    return figure.to_html(
-        full_html=False, include_plotlyjs=False, config={"responsive": True, "displaylogo": False}, default_width="100%"
-    )
-
-
-@cache
-def _template() -> Any:
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    return environment.from_string(files("tsm_fmu.report").joinpath("page.html").read_text(encoding="utf-8"))
+def _placed(plots: Plots, figure: Figure) -> list[Markup]:
+    return [plots.place(plot) for plot in figure.plots()]

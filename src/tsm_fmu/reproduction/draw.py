@@ -3,16 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
 
-import numpy as np
-import plotly.graph_objects as go
-
-from ..report import Line, loop_figure
+from ..report import Figure, Line
+from ..report.panel import Level, Panel, Points
 from .printed import Printed
-
-PRINT = "#b3261e"
-"""Colour of what is printed, in every figure."""
 
 
 def plot(
@@ -23,7 +17,7 @@ def plot(
     *,
     bands: Iterable[tuple[str, float, float]] = (),
     points: Iterable[tuple[str, Sequence[float], Sequence[float]]] = (),
-) -> go.Figure:
+) -> Figure:
     """One panel.
 
     Parameters
@@ -37,35 +31,14 @@ def plot(
     points : iterable of (name, x, y)
         Printed values.
     """
-    figure = loop_figure(lines, title, x_label, y_label)
-    traces: Any = figure.data
-    for trace in traces:
-        trace.update(x=np.asarray(trace.x, dtype=np.float32), y=np.asarray(trace.y, dtype=np.float32))  # half the size
-    for name, low, high in bands:
-        middle, width = 0.5 * (low + high), abs(high - low)
-        style = {"fillcolor": PRINT, "opacity": 0.16, "line_width": 0} if width > 0.0 else {}
-        if style:
-            figure.add_hrect(y0=low, y1=high, **style)
-        figure.add_hline(y=middle, line={"color": PRINT, "width": 1, "dash": "dash"})
-        if name:
-            key = {"mode": "lines", "line": {"color": PRINT, "width": 2, "dash": "dash"}}
-            figure.add_trace(go.Scatter(x=[None], y=[None], name=name, **key))
-    for name, x, y in points:
-        figure.add_trace(
-            go.Scatter(
-                x=list(x), y=list(y), mode="markers", name=name, marker={"color": PRINT, "size": 9, "symbol": "diamond"}
-            )
-        )
-    figure.update_layout(
-        height=330,
-        showlegend=True,
-        title={"font": {"size": 14}, "x": 0.02, "xanchor": "left"},
-        margin={"l": 58, "r": 12, "t": 40, "b": 40},
-        legend={"orientation": "h", "yanchor": "top", "y": -0.2, "x": 0, "font": {"size": 11}},
-        modebar={"orientation": "h", "remove": ["lasso2d", "select2d", "autoScale2d"]},
-        font={"size": 12},
+    panel = Panel(
+        x_label,
+        y_label,
+        lines=lines,
+        levels=[Level(*band) for band in bands],
+        points=[Points(*values) for values in points],
     )
-    return figure
+    return Figure(title, (panel,))
 
 
 def half_width(print_: Printed, name: str = "") -> tuple[tuple[str, float, float], tuple[str, float, float]]:

@@ -5,17 +5,13 @@ from __future__ import annotations
 import ast
 from functools import cache
 from importlib import import_module
-from importlib.resources import files
 from inspect import getsource
 from typing import Any
 
-import plotly.graph_objects as go
-from jinja2 import Environment, StrictUndefined
-from plotly.offline import get_plotlyjs
-
 from .. import __version__
-from ..report import Table
-from ..report.page import format_number
+from ..report import Figure
+from ..report.embed import Plots, rendered
+from ..report.page import cells
 from .claims import NOTHING, Claim, Method
 from .published import ITEMS, PAPERS, Item
 from .result import PaperResult
@@ -43,14 +39,18 @@ MEANING = {
 
 def page_html(done: Reproduction) -> str:
     """The whole page as one file that needs no network."""
-    return _template().render(
+    plots = Plots()
+    proof = _proof(done)
+    return rendered(
+        "reproduction.html",
+        proof=[plots.place(plot) for plot in proof.plots()] if proof else [],
         papers=[
             {
                 "key": paper,
                 "short": short(paper),
                 "title": PAPERS[paper],
                 "claims": [_row(c) for c in result.claims],
-                "shown": [_item(item, result) for item in ITEMS if item.paper == paper and not item.no_claim],
+                "shown": [_item(item, result, plots) for item in ITEMS if item.paper == paper and not item.no_claim],
                 "silent": [i for i in ITEMS if i.paper == paper and i.no_claim],
             }
             for paper, result in done.results.items()
@@ -65,7 +65,7 @@ def page_html(done: Reproduction) -> str:
         quick=done.quick,
         version=__version__,
         wall_s=f"{done.wall_s:.0f}",
-        plotly_js=get_plotlyjs(),
+        scripts=plots.scripts(),
     )
 
 
@@ -86,6 +86,12 @@ def _headline(done: Reproduction) -> str:
             said = f"{claim.reason[0].upper()}{claim.reason[1:]}"
             return f"MSSP 2015, 10.5 -> 3 and 12.3 -> 4 deg: {SHORT[claim.verdict]}. {said}."
     return ""
+
+
+def _proof(done: Reproduction) -> Figure | None:
+    """The tracking of MSSP 2015, which the headline is about; without that paper the first figure there is."""
+    order = sorted(done.results.items(), key=lambda item: item[0] != "mssp2015")
+    return next((figure for _, result in order for figures in result.figures.values() for figure in figures), None)
 
 
 def _row(claim: Claim) -> dict[str, Any]:
@@ -128,7 +134,7 @@ def source(code: str) -> str:
     raise ValueError(f"code {code!r} -- expected module:function")
 
 
-def _item(item: Item, result: PaperResult) -> dict[str, Any]:
+def _item(item: Item, result: PaperResult, plots: Plots) -> dict[str, Any]:
     figures = result.figures.get(item.label, ())
     table = result.tables.get(item.label)
     rows = [c for c in result.claims if item.label in c.items]
@@ -137,30 +143,10 @@ def _item(item: Item, result: PaperResult) -> dict[str, Any]:
         "id": f"{item.paper}-{item.label}".replace(" ", "").replace(".", ""),
         "shows": item.shows,
         "text": result.texts.get(item.label, ""),
-        "table": _cells(table) if table else None,
-        "figures": [_figure(f) for f in figures],
+        "table": cells(table) if table else None,
+        "figures": [plots.place(plot) for figure in figures for plot in figure.plots()],
         "claims": [
             {"key": c.key, "id": c.key.replace(".", "-"), "verdict": SHORT[c.verdict], "slug": slug(c.verdict)}
             for c in rows
         ],
     }
-
-
-def _cells(table: Table) -> dict[str, Any]:
-    rows = [[format_number(c) for c in row] for row in table.rows]
-    return {"heading": table.heading, "rows": rows, "caption": table.caption}
-
-
-def _figure(figure: go.Figure) -> str:
-    return figure.to_html(
-        full_html=False,
-        include_plotlyjs=False,
-        config={"responsive": True, "displayModeBar": False},
-        default_width="100%",
-    )
-
-
-@cache
-def _template() -> Any:
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    return environment.from_string(files("tsm_fmu.reproduction").joinpath("page.html").read_text(encoding="utf-8"))

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import plotly.graph_objects as go
-
-from ..report import Table
+from ..report import Figure, Table
 from .claims import Claim
 
 
@@ -16,6 +14,6 @@ class PaperResult:
     """Claims of a paper; figures, tables and a text by the label of the item where they are shown."""
 
     claims: tuple[Claim, ...]
-    figures: Mapping[str, tuple[go.Figure, ...]] = field(default_factory=dict)
+    figures: Mapping[str, tuple[Figure, ...]] = field(default_factory=dict)
     tables: Mapping[str, Table] = field(default_factory=dict)
     texts: Mapping[str, str] = field(default_factory=dict)

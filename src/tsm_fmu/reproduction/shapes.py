@@ -7,10 +7,9 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-import plotly.graph_objects as go
 
 from ..cosim.trajectory import Trajectory
-from ..report import Line
+from ..report import Figure, Line
 from ..scenarios import configuration_independence as scenario
 from .claims import Claim, Method, Open, statement_claim
 from .draw import plot
@@ -95,7 +94,7 @@ def _apart(tendon: str, *, sliding: bool) -> float:
     return float(np.max(np.ptp(force[:, ~slides], axis=0)))
 
 
-def shape_figures() -> tuple[go.Figure, ...]:
+def shape_figures() -> tuple[Figure, ...]:
     """Friction over time and travel on four routes, and how far they are apart."""
     tendon = next(iter(STIFFNESS_N))
     own = {route: runs()[f"{tendon}.{route}"] for route in BENT_ALIKE}

@@ -19,7 +19,8 @@ from .runs import ReadOptions, RunLike, records_of
 
 if TYPE_CHECKING:
     import pandas as pd
-    import plotly.graph_objects as go
+
+    from ..report.figures import Figure
 
 COVERAGE = "coverage"
 """Kind of the findings on what a run cannot show."""
@@ -69,7 +70,7 @@ class CheckResult:
             rows, columns=["run", "kind", "channel", "t0", "t1", "first_row", "last_row", "text"]
         )  # fmt: skip
 
-    def figure(self, run: str | None = None) -> go.Figure:
+    def figure(self, run: str | None = None) -> Figure:
         """The channels of a run over time, one below the other, with the findings shaded.
 
         Parameters

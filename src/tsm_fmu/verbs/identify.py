@@ -25,7 +25,8 @@ from .runs import RunLike, grouped
 
 if TYPE_CHECKING:
     import pandas as pd
-    import plotly.graph_objects as go
+
+    from ..report.figures import Figure
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ class IdentifyResult:
         ]
         return pd.DataFrame(rows)
 
-    def figure(self, run: str | None = None, channel: str | None = None) -> go.Figure:
+    def figure(self, run: str | None = None, channel: str | None = None) -> Figure:
         """Measured and simulated output of one run over its first input: the loop, or over time without an input.
 
         Parameters

@@ -22,7 +22,8 @@ from .systems import Opened, opened
 
 if TYPE_CHECKING:
     import pandas as pd
-    import plotly.graph_objects as go
+
+    from ..report.figures import Figure
 
 DECIMATED_ROWS = 2000
 """The common results file of a scenario has about this many rows; statistics use all."""
@@ -87,7 +88,7 @@ class RunResult:
         columns = {f"{name} [{run.units[name]}]": values for name, values in run.columns.items()}
         return pd.DataFrame(columns, index=pd.Index(run.time, name="time [s]"))
 
-    def figure(self, signal: str | None = None) -> go.Figure:
+    def figure(self, signal: str | None = None) -> Figure:
         """One signal over time, all cases in one picture.
 
         Parameters

@@ -24,8 +24,9 @@ from .runs import RunLike, records_of
 
 if TYPE_CHECKING:
     import pandas as pd
-    import plotly.graph_objects as go
     from numpy.typing import NDArray
+
+    from ..report.figures import Figure
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class SimulateResult:
         columns = {f"{name} [{found.units[name]}]": values for name, values in found.columns.items()}
         return pd.DataFrame(columns, index=pd.Index(found.time, name="time [s]"))
 
-    def figure(self, channel: str | None = None) -> go.Figure:
+    def figure(self, channel: str | None = None) -> Figure:
         """One output over time beside its measurement, where there is one.
 
         Parameters

@@ -23,7 +23,8 @@ from .systems import opened
 
 if TYPE_CHECKING:
     import pandas as pd
-    import plotly.graph_objects as go
+
+    from ..report.figures import Figure
 
 SHOWN = 4
 """Columns of numbers that a summary shows; the table has all."""
@@ -85,7 +86,7 @@ class SweepResult:
         ]
         return pd.DataFrame(rows)
 
-    def figure(self, metric: str | None = None) -> go.Figure:
+    def figure(self, metric: str | None = None) -> Figure:
         """One number over the first axis.
 
         Parameters

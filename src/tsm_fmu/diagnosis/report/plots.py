@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import plotly.graph_objects as go
-
 from ...logs.display import display
-from ...report import Band, Line, Section, band_figure, loop_figure, time_figure
+from ...report import Band, Figure, Line, Section, band_figure, loop_figure, time_figure
 from ..evidence import NextMotion, ResidualShape
 from ..result import Diagnosis
 
 MOST_RUNS = 3
 
 
-def dependence_figures(shape: ResidualShape) -> list[go.Figure]:
+def dependence_figures(shape: ResidualShape) -> list[Figure]:
     """Mean residual over each leading coordinate."""
     figures = []
     for name in dict.fromkeys(d.coordinate for d in shape.dependences):
@@ -70,7 +68,7 @@ def _run_section(found: Diagnosis, k: int, names: Mapping[str, str]) -> Section:
     return Section(f"Run {run.record.name}", rest, figures=figures)
 
 
-def motion_figures(motion: NextMotion) -> list[go.Figure]:
+def motion_figures(motion: NextMotion) -> list[Figure]:
     """The inputs to play over time; those that stand still are left out."""
     figures = []
     for name, values in motion.columns.items():

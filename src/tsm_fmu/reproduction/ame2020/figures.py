@@ -6,12 +6,11 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-import plotly.graph_objects as go
 from scipy.interpolate import Akima1DInterpolator
 
 from ...cosim.trajectory import Trajectory
 from ...kernels.kernel import kernel
-from ...report import Line
+from ...report import Figure, Line
 from ...scenarios.papers import (
     CASES,
     DEVIATION_MM,
@@ -33,7 +32,7 @@ from .printed import CALIBRATION, RESIDUAL, THEORY_FORWARD, THEORY_REVERSE
 from .winding import rows_of_eq4, winding_position
 
 PAIR = ("m05_180", "m10_540")
-Panels = tuple[go.Figure, ...]
+Panels = tuple[Figure, ...]
 
 
 def displacement_figures(f: Found) -> dict[str, Panels]:

@@ -6,11 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 
 from ...cosim.trajectory import Trajectory
 from ...kernels.kernel import kernel
-from ...report import Line
+from ...report import Figure, Line
 from ..claims import Claim, Method, Open, open_claim, statement_claim
 from ..draw import plot
 from ..result import PaperResult
@@ -209,7 +208,7 @@ def _baseline(cycles: Mapping[str, Mapping[str, Any]]) -> Claim:
     )
 
 
-def _figures(cycle: Mapping[str, Any]) -> tuple[go.Figure, ...]:
+def _figures(cycle: Mapping[str, Any]) -> tuple[Figure, ...]:
     return (
         plot([Line("model", cycle["t"], cycle["F"])], "Friction over time", "time [s]", "F [N]"),
         plot([Line("model", cycle["v"], cycle["F"])], "over velocity", "velocity [mm/s]", "F [N]"),
@@ -217,7 +216,7 @@ def _figures(cycle: Mapping[str, Any]) -> tuple[go.Figure, ...]:
     )
 
 
-def _tension_figures(cycles: Mapping[str, Mapping[str, Any]]) -> tuple[go.Figure, ...]:
+def _tension_figures(cycles: Mapping[str, Mapping[str, Any]]) -> tuple[Figure, ...]:
     found = []
     for item, f in FREQUENCIES_HZ.items():
         cycle = cycles[f"{item}.{DRAWN}"]

@@ -6,14 +6,13 @@ import itertools
 import math
 
 import numpy as np
-import plotly.graph_objects as go
 
 from ...cosim.system import Experiment
 from ...cosim.trajectory import Trajectory
 from ...kernels.arrays import FloatArray
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
-from ...report import Line
+from ...report import Figure, Line
 from ...scenarios.papers import MMT_FIG_4
 from ..claims import Claim, Method, Open, open_claim, statement_claim
 from ..draw import half_width, plot
@@ -202,7 +201,7 @@ def _baseline(run: Trajectory, loops: dict[str, FloatArray]) -> Claim:
     )
 
 
-def _figures(run: Trajectory, loops: dict[str, FloatArray]) -> tuple[go.Figure, ...]:
+def _figures(run: Trajectory, loops: dict[str, FloatArray]) -> tuple[Figure, ...]:
     x, v = run.columns["reference.y"] * 1e3, run.columns["reference.dy"] * 1e3
     last = run.time >= 5.0
     first = next(iter(loops.values()))

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import plotly.graph_objects as go
 
 from ...cosim.trajectory import Trajectory
 from ...kernels.arrays import FloatArray
 from ...models.laws.friction_branches import pull_level
-from ...report import Line
+from ...report import Figure, Line
 from ...scenarios.papers import MMT_FIG_4
 from ...scenarios.single_tsm_force import R
 from ..draw import half_width, plot
@@ -20,7 +19,7 @@ from .readings import PRESETS
 
 CYCLE = 5.0
 """The first cycle [s] is not scored: zeta starts at 0."""
-Panels = tuple[go.Figure, ...]
+Panels = tuple[Figure, ...]
 
 
 def fig4_acceleration(v: FloatArray) -> FloatArray:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import plotly.graph_objects as go
 
 from ...cosim.trajectory import Trajectory
-from ...report import Line
+from ...report import Figure, Line
 from ...scenarios import mssp_haptic
 from ..draw import half_width, plot
 from ..loops import co_simulate
@@ -29,7 +28,7 @@ def traces(best: Completion, quick: bool) -> dict[str, Trajectory]:
     return co_simulate(jobs, ["reference.y", "backlash.x_out", "error.y", "compensator.x_ff"])
 
 
-def tracking_figures(runs: Mapping[str, Trajectory], motion: str) -> tuple[go.Figure, ...]:
+def tracking_figures(runs: Mapping[str, Trajectory], motion: str) -> tuple[Figure, ...]:
     """Output, errors on axes of their own, control input, and output over input."""
     own = {name: runs[f"{name}.{motion}.{variant}"] for name, variant in (("best", "law_1"), ("published", "law_1"))}
     without = runs[f"best.{motion}.uncompensated"]
@@ -75,7 +74,7 @@ def tracking_figures(runs: Mapping[str, Trajectory], motion: str) -> tuple[go.Fi
     )
 
 
-def identified_figures(run: Trajectory) -> tuple[go.Figure, ...]:
+def identified_figures(run: Trajectory) -> tuple[Figure, ...]:
     """The identified models on the imposed motion."""
     window = IMPOSED.window(run.time)
     x, out = (np.degrees(run.columns[n][window]) for n in ("reference.y", "backlash.x_out"))
@@ -88,7 +87,7 @@ def identified_figures(run: Trajectory) -> tuple[go.Figure, ...]:
     )
 
 
-def friction_figures(runs: Mapping[str, Trajectory], motion: str) -> tuple[go.Figure, ...]:
+def friction_figures(runs: Mapping[str, Trajectory], motion: str) -> tuple[Figure, ...]:
     """Friction and its estimate in the haptic loop, the error on an axis of its own, and the distal torque."""
     own = {plant: runs[f"{motion}.{plant}"] for plant in PLANTS if f"{motion}.{plant}" in runs}
     first = next(iter(own.values()))

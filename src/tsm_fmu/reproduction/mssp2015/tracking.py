@@ -8,10 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import plotly.graph_objects as go
-
+from ...report import Figure, Table
 from ...report import Line as Drawn
-from ...report import Table
 from ..claims import Claim, Method, Open, number_claim, statement_claim, together_claim
 from ..draw import plot
 from ..verdict import Condition, Kind, Span, Verdict, number
@@ -162,7 +160,7 @@ def _alone(found: Tracking) -> list[Claim]:
     return claims
 
 
-def map_figures(found: Tracking) -> tuple[go.Figure, ...]:
+def map_figures(found: Tracking) -> tuple[Figure, ...]:
     """What each unknown does to the four peak-to-peak errors, the others at the best set."""
     shown = {
         f"{motion}.{what}": f"{motion.replace('_', '-')}, {what}"

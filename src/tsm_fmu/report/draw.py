@@ -1,0 +1,136 @@
+"""Panels given to the plot library (Bokeh, whose program for browsers is a quarter of Plotly's)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from bokeh.document import Document
+from bokeh.embed import json_item
+from bokeh.layouts import gridplot
+from bokeh.models import BoxAnnotation, BoxZoomTool, HoverTool, LabelSet, PanTool, ResetTool, SaveTool, Span, Title
+
+from bokeh.models import ColumnDataSource, WheelZoomTool  # isort: skip
+from bokeh.plotting import figure
+from bokeh.themes import Theme
+from numpy.typing import ArrayLike, NDArray
+
+from .panel import Panel, colour
+
+MOST_POINTS = 2000
+"""Points drawn per line: enough for any screen, and the page stays small."""
+
+MARKED = "#d0453c"
+"""Colour of what is marked or printed, in every figure."""
+
+THEME = Theme(json={"attrs": {"Axis": {"axis_label_text_font_style": "normal", "axis_label_text_font_size": "13px",
+                                       "major_label_text_font_size": "12px"}}})  # fmt: skip
+
+
+def plot_item(panels: Sequence[Panel], most_points: int = MOST_POINTS) -> dict[str, Any]:
+    """Panels below one another, their x axes common, as the object that ``Bokeh.embed.embed_item`` takes."""
+    plots = [_plot(panel, most_points) for panel in panels]
+    for below in plots[1:]:
+        below.x_range = plots[0].x_range
+    root = plots[0] if len(plots) == 1 else gridplot([[p] for p in plots], sizing_mode="stretch_width")
+    Document().add_root(root)
+    return dict(json_item(root, theme=THEME))
+
+
+def legend(panels: Sequence[Panel]) -> list[tuple[str, str, str]]:
+    """Name, colour and stroke (``line``, ``dash``, ``point``) of what is drawn, where there is more than one thing."""
+    entries = []
+    for panel in panels:
+        for number, line in enumerate(panel.lines):
+            stroke = "dash" if line.dashed else "line"
+            entries.append((line.name, colour(number if line.colour is None else line.colour), stroke))
+        entries += [(band.name, colour(number), "line") for number, band in enumerate(panel.bands) if band.name]
+        entries += [(level.name, MARKED, "dash") for level in panel.levels if level.name]
+        entries += [(points.name, MARKED, "point") for points in panel.points]
+    return entries if len(panels) == 1 and len(entries) > 1 else []
+
+
+def thinned(x: ArrayLike, y: ArrayLike, most: int = MOST_POINTS) -> tuple[NDArray[Any], NDArray[Any]]:
+    """At most so many points: the lowest and the highest value of each bin, so that spikes stay visible."""
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    if x.size <= most:
+        return x, y
+    keep = {0, x.size - 1}
+    for part in np.array_split(np.arange(x.size), (most - 2) // 2):
+        if np.any(np.isfinite(y[part])):
+            keep.update((int(part[np.nanargmin(y[part])]), int(part[np.nanargmax(y[part])])))
+    order = np.array(sorted(keep))
+    return x[order], y[order]
+
+
+def _plot(panel: Panel, most_points: int) -> Any:
+    axis: dict[str, Any] = {"x_range": list(panel.bars)} if panel.bars else {}
+    hover = HoverTool(tooltips=[("x", "$x"), ("y", "$y")])
+    tools = [BoxZoomTool(), PanTool(), WheelZoomTool(), hover, ResetTool(), SaveTool()]
+    plot = figure(
+        height=panel.height, sizing_mode="stretch_width", tools=[] if panel.bars else tools, toolbar_location="right",
+        active_drag=None, active_scroll=None, x_axis_label=panel.x_label or None,
+        y_axis_label=panel.y_label or None, **axis,
+    )  # fmt: skip
+    plot.toolbar.logo = None
+    plot.min_border_right, plot.output_backend = 12, "canvas"
+    for number, line in enumerate(panel.lines):
+        x, y = (_compact(values) for values in thinned(line.x, line.y, most_points))
+        drawn = colour(number if line.colour is None else line.colour)
+        plot.line(
+            x, y, line_color=drawn, line_width=1.6, line_dash="dotted" if line.dashed else "solid", name=line.name
+        )
+        hover.renderers = "auto"
+    for number, band in enumerate(panel.bands):
+        x, low, mean, high = (np.asarray(v, dtype=float) for v in (band.x, band.low, band.mean, band.high))
+        plot.varea(x, low, high, fill_color=colour(number), fill_alpha=0.22, name=band.name)
+        plot.line(x, mean, line_color=colour(number), line_width=1.8, name=band.name)
+        plot.scatter(x, mean, color=colour(number), size=5, name=band.name)
+    if panel.bands:
+        plot.add_layout(Span(location=0.0, dimension="width", line_color="#8a949c"))
+    _bars(plot, panel)
+    _marked(plot, panel)
+    return plot
+
+
+def _bars(plot: Any, panel: Panel) -> None:
+    if not panel.bars:
+        return
+    names, heights = list(panel.bars), list(panel.bars.values())
+    source = ColumnDataSource({
+        "x": names, "top": heights, "text": [f"{value:.3g}" for value in heights],
+        "fill": [colour(k) for k in range(len(names))],
+    })  # fmt: skip
+    plot.vbar(x="x", top="top", width=0.7, color="fill", source=source)
+    plot.add_layout(
+        LabelSet(x="x", y="top", text="text", text_align="center", y_offset=3, source=source, text_font_size="13px")
+    )
+    finite = [h for h in heights if np.isfinite(h)]
+    low, high = min([0.0, *finite]), max([0.0, *finite])
+    plot.y_range.start, plot.y_range.end = 1.12 * low, 1.12 * high or 1.0  # room for the numbers
+    plot.xaxis.major_label_orientation = 0.5
+
+
+def _marked(plot: Any, panel: Panel) -> None:
+    for span in panel.spans:
+        plot.add_layout(BoxAnnotation(left=span.begin, right=span.end, fill_color=MARKED, fill_alpha=0.18))
+    if panel.spans:
+        words = ", ".join(dict.fromkeys(span.word for span in panel.spans if span.word))
+        plot.add_layout(Title(text=words, text_font_size="12px", text_font_style="normal"), "above")
+    for level in panel.levels:
+        if level.high > level.low:
+            plot.add_layout(BoxAnnotation(bottom=level.low, top=level.high, fill_color=MARKED, fill_alpha=0.16))
+        middle = 0.5 * (level.low + level.high)
+        plot.add_layout(Span(location=middle, dimension="width", line_color=MARKED, line_dash="dashed"))
+    for points in panel.points:
+        x, y = np.asarray(points.x, dtype=float), np.asarray(points.y, dtype=float)
+        plot.scatter(x, y, marker="diamond", size=11, color=MARKED, name=points.name)
+
+
+def _compact(values: NDArray[Any]) -> NDArray[Any]:
+    """In single precision where its steps are below a ten-thousandth of what is drawn."""
+    finite = values[np.isfinite(values)]
+    if finite.size and np.abs(finite).max() * 6e-8 < 1e-4 * np.ptp(finite) and np.abs(finite).max() < 1e38:
+        return values.astype(np.float32)
+    return values

@@ -1,0 +1,81 @@
+"""What a plot shows, as data: lines, bands, bars and what is marked on common axes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from numpy.typing import ArrayLike
+
+COLOURS = ("#2f7fd6", "#d9534f", "#2e9e63", "#b8860b", "#8e63c7", "#7b868f")
+"""Of lines in their order; each stands out from white paper and from a dark screen (contrast over 3)."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line: name and values; ``dashed`` for what was measured or asked for; ``colour`` keeps one across figures."""
+
+    name: str
+    x: ArrayLike
+    y: ArrayLike
+    dashed: bool = False
+    colour: int | None = None
+
+
+@dataclass(frozen=True)
+class Band:
+    """Means with an interval, as a line with a shaded band."""
+
+    name: str
+    x: ArrayLike
+    mean: ArrayLike
+    low: ArrayLike
+    high: ArrayLike
+
+
+@dataclass(frozen=True)
+class Points:
+    """Single values, in the colour of what is marked."""
+
+    name: str
+    x: Sequence[float]
+    y: Sequence[float]
+
+
+@dataclass(frozen=True)
+class Span:
+    """A part of the x axis to shade, with a word."""
+
+    begin: float
+    end: float
+    word: str = ""
+
+
+@dataclass(frozen=True)
+class Level:
+    """A range of y to shade, dashed in its middle; a line where its ends meet. Without a name it is in no legend."""
+
+    name: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One pair of axes and what is drawn on them."""
+
+    x_label: str = ""
+    y_label: str = ""
+    title: str = ""
+    lines: Sequence[Line] = ()
+    bands: Sequence[Band] = ()
+    bars: Mapping[str, float] = field(default_factory=dict)
+    points: Sequence[Points] = ()
+    spans: Sequence[Span] = ()
+    levels: Sequence[Level] = ()
+    height: int = 320
+
+
+def colour(number: int) -> str:
+    """Colour of the line with this number."""
+    return COLOURS[number % len(COLOURS)]
