@@ -93,7 +93,7 @@ def test_a_quantity_has_one_number_on_the_page(written: tuple[Path, dict]) -> No
 def _rows(page: str) -> list[list[str]]:
     return [
         re.findall(r"<td[^>]*>(.*?)</td>", row, re.DOTALL)
-        for row in re.findall(r"<tr>(.*?)</tr>", page, re.DOTALL)
+        for row in re.findall(r"<tr[^>]*>(.*?)</tr>", page, re.DOTALL)
         if "<td" in row
     ]
 

@@ -14,6 +14,7 @@ from ..logs.units import unit_to_si
 from ..models.contract import Variable
 from ..regression.problem import FitRun
 from ..report import Figure, Line, Section, Table, loop_figure, time_figure, write_report
+from ..report.panel import Panel
 from .fit import SETTLING, Fit
 from .result import run_outputs
 
@@ -53,7 +54,29 @@ def write_fit_report(
         "cost": f"{fit.evaluations} simulations of one run, {fit.wall_s:.2f} s",
         **{f"{fit.runs[r.name].role} run {r.name}": f"{r.source or 'in memory'}, SHA-256 {r.sha256}" for r in records},
     }
-    return write_report(path, f"Identification of {title}", _summary(fit), sections, provenance)
+    return write_report(path, f"Identification of {title}", _summary(fit), sections, provenance, _proof(fit, drawn))
+
+
+def _proof(fit: Fit, drawn: Sequence[FitRun]) -> Figure:
+    """Output and error of a run that the fit did not see, else of a measured one."""
+    run, channel = drawn[-1], fit.channels[0]
+    show, unit = _shown(_output(fit, channel))
+    measured, simulated = show(run.targets[:, 0]), show(run_outputs(fit, run)[:, 0])
+    lines = [Line("measured", run.time, measured, dashed=True), Line(fit.kernel.name, run.time, simulated)]
+    role = "held-out" if fit.runs[run.name].role == "holdout" else "measured"
+    return Figure(
+        f"{channel} of the {role} run {run.name}: measured (dotted) and {fit.kernel.name}, and the difference",
+        (
+            Panel("", f"{channel} [{unit}]", lines=lines, height=280),
+            Panel(
+                "time [s]",
+                f"error [{unit}]",
+                lines=[Line("error", run.time, simulated - measured, colour=5)],
+                height=210,
+            ),
+        ),
+        common_x=True,
+    )
 
 
 def _of_role(fit: Fit, runs: Sequence[FitRun], role: str) -> list[FitRun]:
