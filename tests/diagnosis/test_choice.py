@@ -36,7 +36,7 @@ def made(
     nuisance_tests: Any = {spec: (removed, fitted) for spec, removed in (nuisance_specs or {}).items()}
     measured = np.array([(rmse * unit) ** 2])
     return Hypothesis(
-        tuple(added.split()), fitted, tuple(nuisance_tests), measured, *square, nuisance_tests=nuisance_tests
+        tuple(added.split()), fitted, tuple(nuisance_tests), measured, *square, nuisance_tests=lambda: nuisance_tests
     )
 
 

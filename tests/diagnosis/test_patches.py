@@ -34,7 +34,7 @@ def made(added: Sequence[str], left: Sequence[float], material: dict[str, float]
     fitted = cast("Fitted", Left())
     nuisance_tests = {spec: (removed, fitted) for spec, removed in (material or {}).items()}
     square = (np.array(left), None, 50.0 * ONE, ONE)
-    return Hypothesis(tuple(added), fitted, tuple(nuisance_tests), *square, nuisance_tests=dict(nuisance_tests))
+    return Hypothesis(tuple(added), fitted, tuple(nuisance_tests), *square, nuisance_tests=lambda: nuisance_tests)
 
 
 def test_an_effect_that_removes_less_than_is_left_is_a_patch() -> None:

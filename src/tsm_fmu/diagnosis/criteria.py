@@ -106,6 +106,10 @@ MOST_EFFECTS = 3
 REFITTED_CANDIDATES = 10
 """Candidates refitted, of those that one linear step ranks best; the right one was always among them."""
 
+CONTENDING_RATIO = 2.0
+"""Of these, those are refitted to the end that after the first steps leave at most this many times the mean square that
+the best one leaves: later steps seldom halve it."""
+
 PLACES_OF_AN_EFFECT = 2
 """Places of one effect among these."""
 

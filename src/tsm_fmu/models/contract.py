@@ -244,7 +244,9 @@ def variables(fields: Any) -> tuple[Variable, ...]:
 
 def sizes(fields: Any) -> tuple[int, ...]:
     """Length of each field of a declared named-tuple class that is a tuple, 0 for a number."""
-    return tuple(len(get_args(kind)) for kind, _ in _declared(fields).values())
+    if fields not in _SIZES:
+        _SIZES[fields] = tuple(len(get_args(kind)) for kind, _ in _declared(fields).values())
+    return _SIZES[fields]
 
 
 def flat(values: Any) -> tuple[float, ...]:
@@ -260,7 +262,10 @@ def packed(fields: Any, numbers: Any) -> Any:
     TypeError
         Too few numbers or too many.
     """
-    lengths, left = sizes(fields), iter(numbers)
+    lengths = sizes(fields)
+    if not any(lengths) and len(numbers) == len(lengths):
+        return fields(*numbers)
+    left = iter(numbers)
     if len(numbers) != sum(length or 1 for length in lengths):
         raise TypeError(f"{len(numbers)} numbers for {fields.__qualname__} -- expected {len(variables(fields))}")
     return fields(*[tuple([next(left) for _ in range(length)]) if length else next(left) for length in lengths])
@@ -268,6 +273,8 @@ def packed(fields: Any, numbers: Any) -> Any:
 
 _DECLARED: dict[Any, dict[str, tuple[Any, Quantity]]] = {}
 """What was read of each class: it is asked for at every simulation."""
+_SIZES: dict[Any, tuple[int, ...]] = {}
+"""The same of the lengths of its fields."""
 
 
 def _declared(fields: Any) -> dict[str, tuple[Any, Quantity]]:

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.arrays import FloatArray
-from ..kernels.kernel import Kernel, compiled_run
+from ..kernels.kernel import Kernel
+from ..kernels.serving import serving
 from ..models.contract import Condition, Variable, packed
 from .search_space import SearchSpace
 from .threads import spread
@@ -268,13 +269,14 @@ class Problem:
             (times[0], all_inputs[0]) if len(used) == 1 else (np.concatenate(times), np.concatenate(all_inputs))
         )
         first = dict(zip(used, np.cumsum([0, *(t.size for t in times)]).tolist(), strict=False))
-        table = np.array([row for _, row in wanted])
+        form = serving(self.kernel)
+        table = form.widened(np.array([row for _, row in wanted]))
         to = np.cumsum([0, *(self._rows[k] for k, _ in wanted)], dtype=np.int64)
         spans = np.array([(first[k], first[k] + self._rows[k], at) for (k, _), at in zip(wanted, to, strict=False)])
         y, at = np.empty((to[-1], len(self.kernel.outputs))), np.zeros(1, dtype=np.int64)
         while at[0] < len(wanted):
             try:
-                compiled_run(self.kernel.module)(table, spans, time, inputs, y, at)
+                form.run(table, spans, time, inputs, y, at)
                 break
             except (ValueError, ArithmeticError):
                 y[to[at[0]] : to[at[0] + 1]] = np.nan

@@ -66,7 +66,7 @@ def candidates_of(
     least = np.array([g.floor_least for g in gap.values()])
     found = []
     for spec, one in rows:
-        compared = refitted if spec in one.significant else with_nuisances
+        compared = with_nuisances if spec in one.added else refitted
         of_answer = spec in answered
         measured = np.array([g.after for g in gap.values()]) if of_answer else one.fitted.at(runs).rmse
         shared = 0.0 if of_answer else one.reference_gain  # what it closes on reference runs too is not the gap

@@ -14,8 +14,25 @@ from ...regression.held_out import SETTLING
 from ...regression.problem import FitRun
 from ...regression.thinning import thinned
 from ...regression.threads import together
-from ..criteria import LEFT_OUT_PARTS, PLACES_OF_AN_EFFECT, PROBED_CANDIDATES, REFITTED_CANDIDATES, RIVAL_COST_RATIO
-from ..fits.nuisance import Start, best_refit, is_model_form, refit_with, refit_without, significant_nuisances
+from ..criteria import (
+    CONTENDING_RATIO,
+    FIT_SPREAD_SHARE,
+    LEFT_OUT_PARTS,
+    PLACES_OF_AN_EFFECT,
+    PROBED_CANDIDATES,
+    REFITTED_CANDIDATES,
+    RIVAL_COST_RATIO,
+)
+from ..fits.nuisance import (
+    Start,
+    begun_with,
+    best_refit,
+    finished,
+    is_model_form,
+    refit_with,
+    refit_without,
+    significant_nuisances,
+)
 from ..fits.refit import Fitted, effective_samples, rms
 from ..fits.screening import Screened
 
@@ -44,8 +61,8 @@ class Hypothesis:
         Independent samples that the residual is worth on either.
     model_form : tuple of str
         Nuisance effects that are no effects of their own, whatever they remove.
-    nuisance_tests : mapping of str to (float, Fitted), optional
-        `tested`, where it is known of the same fit.
+    nuisance_tests : callable, optional
+        Gives `tested`, where another hypothesis with the same fit knows it; only called when it is asked for.
     """
 
     added: tuple[str, ...]
@@ -56,7 +73,9 @@ class Hypothesis:
     effective: FloatArray
     effective_held_out: FloatArray
     model_form: tuple[str, ...] = ()
-    nuisance_tests: Mapping[str, tuple[float, Fitted]] | None = field(default=None, repr=False, compare=False)
+    nuisance_tests: Callable[[], Mapping[str, tuple[float, Fitted]]] | None = field(
+        default=None, repr=False, compare=False
+    )
 
     @property
     def reference_gain(self) -> FloatArray:
@@ -89,7 +108,7 @@ class Hypothesis:
     def tested(self) -> Mapping[str, tuple[float, Fitted]]:
         """Nuisance effects that remove as much as a missing effect: how much, and the fit without each."""
         if self.nuisance_tests is not None:
-            return self.nuisance_tests
+            return self.nuisance_tests()
         asked = [s for s in self.fitted.effects if s in self.nuisances and s not in (*self.added, *self.model_form)]
         return significant_nuisances(self.fitted, asked, self.nuisances)
 
@@ -169,7 +188,7 @@ def probe(base: Fitted, screened: Sequence[Screened], nuisances: Sequence[str]) 
 
     def one(s: Screened) -> Screened:
         try:
-            left = refit_with(small, s, nuisances, starts=1, steps=PROBE_STEPS).rmse
+            left = refit_with(small, s, nuisances, PROBE_STEPS).rmse
         except InputError:
             return s  # the values of the linear step are not allowed in the chain
         return replace(s, gain=max(s.gain, float(np.sum(2.0 * np.log(small.rmse / np.maximum(left, 1e-300))))))
@@ -200,20 +219,33 @@ def refit_candidates(
         Candidates refitted.
     """
 
-    def one(s: Screened) -> Hypothesis | None:
+    def begun(s: Screened) -> tuple[Screened, Fitted] | None:
         progress(f"refit with {s.attached.spec}")
         try:
-            fitted = refit_with(base.fitted, s, base.nuisances, (starts or {}).get(s.attached.spec))
-            gain = base.reference_gain
-            if reference_fit is not None:
-                gain = gain + np.maximum(
-                    reference_fit.rmse**2 - refit_with(reference_fit, s, base.nuisances).rmse ** 2, 0.0
-                )
+            return s, begun_with(base.fitted, s, base.nuisances, (starts or {}).get(s.attached.spec))
         except InputError:
             return None  # the values of the linear step are not allowed in the chain
+
+    def refitted(one: tuple[Screened, Fitted]) -> Hypothesis:
+        s, fitted = one
+        contends = _left(fitted) <= least + np.log(CONTENDING_RATIO)
+        if contends:
+            fitted = finished(fitted, base.nuisances)
+        gain = base.reference_gain
+        if reference_fit is not None:
+            there = begun_with(reference_fit, s, base.nuisances)
+            there = finished(there, base.nuisances) if contends else there
+            gain = gain + np.maximum(reference_fit.rmse**2 - there.rmse**2, 0.0)
         return hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain)
 
-    return [h for h in together(one, shortlist(screened, most)) if h is not None]
+    tried = [one for one in together(begun, shortlist(screened, most)) if one is not None]
+    least = min((_left(fitted) for _, fitted in tried), default=0.0)
+    return together(refitted, tried)
+
+
+def _left(fitted: Fitted) -> float:
+    """Log of the mean squares that a fit leaves, over the spread."""
+    return float(np.sum(np.log((fitted.rmse / fitted.spread) ** 2 + FIT_SPREAD_SHARE**2)))
 
 
 def refit_rivals(hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) -> list[Hypothesis]:
@@ -264,5 +296,8 @@ def left_out_in_turn(one: Hypothesis) -> Hypothesis:
         )
         residuals += fitted.held_out_errors(runs[k::LEFT_OUT_PARTS])
     return replace(
-        one, held_out=rms(residuals) ** 2, effective_held_out=effective_samples(residuals), nuisance_tests=one.tested
+        one,
+        held_out=rms(residuals) ** 2,
+        effective_held_out=effective_samples(residuals),
+        nuisance_tests=lambda: one.tested,
     )

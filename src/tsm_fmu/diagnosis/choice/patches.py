@@ -72,7 +72,7 @@ def _only(
     form = tuple(spec for spec in one.nuisances if spec not in kept)
     there = sorted((h for h in hypotheses if set(h.added) == set(added)), key=log_residual)
     if there:
-        return replace(there[0], model_form=form, nuisance_tests=there[0].tested)
+        return replace(there[0], model_form=form, nuisance_tests=lambda: there[0].tested)
     fitted = one.fitted
     for spec in one.added:
         fitted = fitted if spec in kept else refit_without(fitted, spec, one.nuisances)

@@ -63,10 +63,11 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
     refitted : Hypothesis
         The refitted model without those nuisance effects: what is removed is counted from it.
     """
-    find_significant_nuisances(hypotheses)
     best = min(hypotheses, key=log_residual)
     best_without = without_corrections(best, hypotheses)
-    alike = [h for h in hypotheses if indistinguishable(h, best_without, refitted, hypotheses)]
+    near = [h for h in hypotheses if not _plainly_worse(h, best_without, refitted)]
+    find_significant_nuisances(near)
+    alike = [h for h in near if indistinguishable(h, best_without, refitted, hypotheses)]
     fewest = min(len(h.effects) for h in alike)
     supported = sorted((h for h in alike if len(h.effects) == fewest), key=log_residual)
     return Choice(best, tuple(h for h in supported if not any(dominated(h, other) for other in supported)))
@@ -77,10 +78,13 @@ def without_corrections(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> H
 
     Unless next to nothing is left with it, which no such correction does.
     """
+    whole = set(best.effects)
 
     def corrected(one: Hypothesis) -> bool:
-        mine, whole = set(one.effects), set(best.effects)
-        return mine < whole and all(looks_like(s, mine) for s in whole - mine) and not _clean(one, best).any()
+        if not set(one.added) <= whole or _clean(one, best).any():  # known without a refit
+            return False
+        mine = set(one.effects)
+        return mine < whole and all(looks_like(s, mine) for s in whole - mine)
 
     return min((h for h in hypotheses if corrected(h)), key=log_residual, default=best)
 
@@ -92,20 +96,18 @@ def dominated(one: Hypothesis, other: Hypothesis) -> bool:
     """
     if len(other.fitted.problem.shared) >= len(one.fitted.problem.shared):
         return False
-    if any(looks_like(spec, other.effects) for spec in one.effects):
-        return False
     pairs = [(one.measured, other.measured, one.effective)]
     if one.held_out is not None and other.held_out is not None:
         pairs.append((one.held_out, other.held_out, one.effective_held_out))
     margins = [CONVERGED_SHARE + DIFFERENCE_DEVIANCE / effective for *_, effective in pairs]
-    return all((theirs <= mine * (1.0 + m)).all() for (mine, theirs, _), m in zip(pairs, margins, strict=True))
+    as_little = all((theirs <= mine * (1.0 + m)).all() for (mine, theirs, _), m in zip(pairs, margins, strict=True))
+    return as_little and not any(looks_like(spec, other.effects) for spec in one.effects)
 
 
 def leading(hypotheses: Sequence[Hypothesis]) -> Hypothesis:
     """The one that leaves least, of those that no other leaves as little with fewer parameters: one to build on."""
-    find_significant_nuisances(hypotheses)
     best = min(hypotheses, key=log_residual)
-    simpler = [h for h in hypotheses if len(h.effects) <= len(best.effects) and dominated(best, h)]
+    simpler = [h for h in hypotheses if dominated(best, h) and len(h.effects) <= len(best.effects)]
     return min(simpler, key=log_residual, default=best)
 
 
@@ -150,15 +152,38 @@ def indistinguishable(
     others : sequence of Hypothesis
         Where to find one with what both have in common: the allowance for form is for what they differ in.
     """
-    spread = best.fitted.spread**2
     fewer = not one.effects or len(one.effects) < len(best.effects)  # the surplus must matter
+    return _within_allowance(one, best, *_shared(one, best, refitted, others), fewer)
+
+
+def _plainly_worse(one: Hypothesis, best: Hypothesis, refitted: Hypothesis) -> bool:
+    """Whether a hypothesis leaves more than `indistinguishable` allows, whatever its nuisance effects would be.
+
+    That asks for no refit: what nuisance effects remove need be known of the others only.
+    """
+    return not _within_allowance(one, best, refitted.measured, refitted.held_out, fewer=True)
+
+
+def _within_allowance(
+    one: Hypothesis, best: Hypothesis, nothing: FloatArray, nothing_held: FloatArray | None, fewer: bool
+) -> bool:
+    """Whether a hypothesis leaves no more than the best one, but for noise and form.
+
+    Parameters
+    ----------
+    one, best : Hypothesis
+    nothing, nothing_held : ndarray, shape (channels,)
+        What is left, measured and held out, with what both have in common; None without held-out runs.
+    fewer : bool
+        It has fewer effects: the surplus of the best must matter.
+    """
+    spread = best.fitted.spread**2
     clean = _clean(one, best)
     least = np.where(clean, CLEAN_EFFECT_SPREAD_SHARE, EFFECT_SPREAD_SHARE)
     limit = np.square(least if fewer else FIT_SPREAD_SHARE) * spread
     form = np.where(clean, 0.0, LAW_FORM_SHARE)
     if fewer:
         limit = np.maximum(limit, best.fitted.task.model_form**2)
-    nothing, nothing_held = _shared(one, best, refitted, others)
     pairs = [(one.measured, best.measured, nothing, best.effective)]
     if one.held_out is not None and best.held_out is not None and nothing_held is not None:
         pairs.append((one.held_out, best.held_out, nothing_held, best.effective_held_out))

@@ -17,15 +17,20 @@ from ...kernels.arrays import BoolArray, FloatArray
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
+from ...regression.thinning import thinned
 from ..criteria import LAW_FORM_SHARE, NEARLY_ALL_SHARE, NUISANCE_SPREAD_SHARE, SHAPE_SPREAD_SHARE
 from .placing import places_of_effect
 from .refit import STEPS, Fitted, Task, refit
 from .response import public
 from .screening import Screened, screen
 
+Place = tuple[Mapping[str, float], Mapping[str, FloatArray]]
+"""Where a refit starts: values by public name, and those that each run has of its own."""
 SHRUNK = 0.1
-FIRST = 5
+FIRST_STEPS = 5
 """Steps of a refit from each of several starts; the best is then refitted on."""
+FIRST_ROWS = 4000
+"""Samples of all runs together on which these are done."""
 
 
 @dataclass(frozen=True)
@@ -104,11 +109,24 @@ def with_free_zeros(fitted: Fitted, nuisances: Sequence[str]) -> Fitted:
     return best_refit(loose, fitted.effects, [(fitted.values, fitted.per_run)], nuisances, fitted.released)
 
 
-def refit_with(
-    base: Fitted, screened: Screened, nuisances: Sequence[str], second_start: Start | None = None, starts: int = 2,
-    steps: int = STEPS,
-) -> Fitted:  # fmt: skip
+def refit_with(base: Fitted, screened: Screened, nuisances: Sequence[str], steps: int = STEPS) -> Fitted:
     """A fit with one more effect; a nuisance effect that is there already is released: its drift varies too.
+
+    Parameters
+    ----------
+    base : Fitted
+    screened : Screened
+    nuisances : sequence of str
+    steps : int
+        Of a refit, at most.
+    """
+    return best_refit(*_beside(base, screened, nuisances, None, 1), steps)
+
+
+def begun_with(
+    base: Fitted, screened: Screened, nuisances: Sequence[str], second_start: Start | None = None, starts: int = 2
+) -> Fitted:
+    """The same after the first steps from the best of several starts; `finished` goes on.
 
     Parameters
     ----------
@@ -119,28 +137,28 @@ def refit_with(
         A second place to start from: the baseline before its nuisance effects took part of the effect.
     starts : int
         Shapes of the linear step to start from; one less with a second place.
-    steps : int
-        Of a refit, at most.
     """
+    return first_steps(*_beside(base, screened, nuisances, second_start, starts))
+
+
+def finished(begun: Fitted, nuisances: Sequence[str]) -> Fitted:
+    """A refit from where the first steps ended."""
+    return best_refit(begun, begun.effects, [(begun.values, begun.per_run)], nuisances, begun.released)
+
+
+def _beside(
+    base: Fitted, screened: Screened, nuisances: Sequence[str], second_start: Start | None, starts: int
+) -> tuple[Fitted, list[str], list[Place], Sequence[str], list[str]]:
+    """What `best_refit` takes for one more effect."""
     spec = screened.attached.spec
     base = replace(base, task=base.task.limited(screened.limits))
-    effects = base.effects if spec in base.effects else (*base.effects, spec)
+    effects = [*base.effects, *([] if spec in base.effects else [spec])]
     shapes = screened.starts[: starts - 1 if second_start else starts] or [{}]
-    places = [({**base.values, **values}, base.per_run) for values in shapes]
+    places: list[Place] = [({**base.values, **values}, base.per_run) for values in shapes]
     if second_start is not None and second_start.values:
-        places.append(
-            (
-                {
-                    **base.values,
-                    **shrunk_nuisances(base, nuisances),
-                    **second_start.fitted.values,
-                    **second_start.values,
-                },
-                second_start.fitted.per_run,
-            )
-        )
-    released = (*base.released, *([spec] if spec in base.effects else []))
-    return best_refit(base, effects, places, nuisances, released, steps)
+        values = {**base.values, **shrunk_nuisances(base, nuisances), **second_start.fitted.values}
+        places.append(({**values, **second_start.values}, second_start.fitted.per_run))
+    return base, effects, places, nuisances, [*base.released, *([spec] if spec in base.effects else [])]
 
 
 def shrunk_nuisances(fitted: Fitted, nuisances: Sequence[str]) -> dict[str, float]:
@@ -171,10 +189,10 @@ def refit_without(fitted: Fitted, spec: str, nuisances: Sequence[str], as_given:
 
 
 def best_refit(
-    base: Fitted, effects: Sequence[str], starts: Sequence[tuple[Mapping[str, float], Mapping[str, FloatArray]]],
-    nuisances: Sequence[str], released: Sequence[str] = (), steps: int = STEPS,
+    base: Fitted, effects: Sequence[str], starts: Sequence[Place], nuisances: Sequence[str],
+    released: Sequence[str] = (), steps: int = STEPS,
 ) -> Fitted:  # fmt: skip
-    """The best refit from several starts.
+    """A refit from the best of several starts.
 
     Parameters
     ----------
@@ -190,22 +208,46 @@ def best_refit(
     steps : int
         Of a refit, at most.
     """
-    per_run, held = offsets(base.task, effects, nuisances, released)
-    asked: dict[str, Any] = {"held": held, "per_run": per_run, "released": released}
+    if len(starts) > 1:
+        begun = first_steps(base, effects, starts, nuisances, released)
+        starts = [(begun.values, begun.per_run)]
+    return _descended(base.task, effects, starts, nuisances, released, steps)
+
+
+def first_steps(
+    base: Fitted, effects: Sequence[str], starts: Sequence[Place], nuisances: Sequence[str],
+    released: Sequence[str] = (),
+) -> Fitted:  # fmt: skip
+    """The best of several starts after `FIRST_STEPS` on few samples; the fit holds all of them.
+
+    Parameters
+    ----------
+    base, effects, starts, nuisances, released
+        As for `best_refit`.
+    """
+    task = base.task
+    few = replace(task, runs=thinned(kernel(task.model), task.runs, FIRST_ROWS, FIRST_ROWS // 10))
+    best = _descended(few, effects, starts, nuisances, released, FIRST_STEPS)
+    return replace(best, task=task).at(task.runs)
+
+
+def _descended(
+    task: Task, effects: Sequence[str], starts: Sequence[Place], nuisances: Sequence[str], released: Sequence[str],
+    steps: int,
+) -> Fitted:  # fmt: skip
+    """The best refit of those from each start."""
+    per_run, held = offsets(task, effects, nuisances, released)
+    asked: dict[str, Any] = {"held": held, "per_run": per_run, "released": released, "steps": steps}
     found: list[Fitted] = []
-    first = FIRST if len(starts) > 1 else steps
     for values, own in starts:
         try:
-            found.append(refit(base.task, effects, values, per_run_values=own, steps=first, **asked))
+            found.append(refit(task, effects, values, per_run_values=own, **asked))
         except InputError:
             continue  # the values of the linear step are not allowed in the chain
     if not found:
-        what = f"{base.model} with {', '.join(effects)}"
+        what = f"{task.model} with {', '.join(effects)}"
         raise InputError(f"{what} cannot run from any value tried -- expected one -- change those given with --set")
-    best = min(found, key=lambda f: f.cost)
-    if len(starts) == 1:
-        return best
-    return refit(base.task, effects, best.values, per_run_values=best.per_run, steps=steps, **asked)
+    return min(found, key=lambda f: f.cost)
 
 
 def offsets(
