@@ -18,7 +18,7 @@ FINENESS = {
     "rows and samples": ("ROWS", "PROBE_ROWS", "REPLAYED", "STEP", "LENGTH", "ROUNDED"),
     "bins": ("FEWEST_BINS", "BINS", "HALF_WIDTH"),
     "draws": ("NULLS", "SURROGATES", "RESAMPLES", "SMALLEST", "LEVEL"),
-    "numerics": ("STEPS", "RIDGE", "DAMPING", "DECIBEL", "SHAPES", "SHRUNK", "FIRST", "PROBE_STEPS", "FOLD_STEPS"),
+    "numerics": ("STEPS", "RIDGE", "DAMPING", "DECIBEL", "SHAPES", "SHRUNK", "FIRST_STEPS", "FIRST_ROWS", "PROBE_STEPS", "FOLD_STEPS"),
     "the library of functions": ("DISTANCES", "SPEEDS", "WIDTHS", "LAGS", "CENTRED", "HOLD", "TURNING_RAD", "ALIKE",
                                  "BLOCKS", "MOST_FOLDS", "HARMONICS", "SINGLE", "HATS", "LAGGED"),
     "what a page holds": ("LEADING", "MOST_PLACES", "MOST_RUNS", "APART"),
