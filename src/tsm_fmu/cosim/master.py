@@ -233,9 +233,10 @@ def _instantiate(
     wiring: Wiring, selection: Selection, stack: ExitStack, journal: Journal | None
 ) -> dict[str, FmuInstance]:
     instances: dict[str, FmuInstance] = {}
+    fmus = dict.fromkeys(component.fmu for component in wiring.system.components)
+    directories = {fmu: stack.enter_context(unpacked(fmu)) for fmu in fmus}
     for component in wiring.system.components:
-        name = component.name
-        directory = stack.enter_context(unpacked(component.fmu))
+        name, directory = component.name, directories[component.fmu]
         wanted = [link.source[1] for link in wiring.links if link.source[0] == name]
         wanted += [variable for owner, variable in selection.values() if owner == name]
         inputs = [link.target[1] for link in wiring.links if link.target[0] == name]

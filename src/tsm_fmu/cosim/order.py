@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
@@ -176,12 +175,14 @@ def _component_order(wiring: Wiring) -> tuple[str, ...]:
 def _without(binding: list[Link], pairs: list[tuple[str, str]], wiring: Wiring) -> list[Link]:
     """Drop from ``binding`` the links of that pair on the circle which nothing on the circle waits for."""
 
-    def between(pair: tuple[str, str]) -> Iterable[Link]:
-        return [link for link in binding if (link.source[0], link.target[0]) == pair]
-
+    between: dict[tuple[str, str], list[Link]] = {pair: [] for pair in pairs}
+    for link in binding:
+        between.get((link.source[0], link.target[0]), []).append(link)
     for pair, following in zip(pairs, [*pairs[1:], pairs[0]], strict=True):
         feedthrough = wiring.descriptions[pair[1]].feedthrough
-        leaving = {link.source[1] for link in between(following)}
-        if not any(link.target[1] in feedthrough[output] for link in between(pair) for output in leaving):
-            return [link for link in binding if link not in between(pair)]
-    return [link for link in binding if link not in between(pairs[-1])]
+        leaving = {link.source[1] for link in between[following]}
+        if not any(link.target[1] in feedthrough[output] for link in between[pair] for output in leaving):
+            break
+    else:
+        pair = pairs[-1]
+    return [link for link in binding if (link.source[0], link.target[0]) != pair]

@@ -167,12 +167,13 @@ def check_system(system: System) -> Wiring:
     if not system.components:
         raise InputError(f"system {system.name} has no component -- expected at least one -- add a Component")
     descriptions: dict[str, Description] = {}
+    described = {fmu: describe(fmu) for fmu in dict.fromkeys(c.fmu for c in system.components)}
     for component in system.components:
         if not component.name or "." in component.name or component.name in descriptions:
             raise InputError(
                 f"component name {component.name!r} -- expected names without a dot, each used once -- rename it"
             )
-        descriptions[component.name] = describe(component.fmu)
+        descriptions[component.name] = described[component.fmu]
     _check_instances(system, descriptions)
     components = tuple(
         replace(c, parameters=start_values(c.name, descriptions[c.name], c.parameters)) for c in system.components
