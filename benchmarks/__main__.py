@@ -11,7 +11,16 @@ from itertools import chain
 from tempfile import TemporaryDirectory
 from time import perf_counter
 
-from . import diagnose_speed, fmu_c_host, fmu_cost, identify_speed, kernel_vs_c, native_step, simulation_speed
+from . import (
+    diagnose_speed,
+    fmu_c_host,
+    fmu_cost,
+    identify_speed,
+    kernel_vs_c,
+    master_speed,
+    native_step,
+    simulation_speed,
+)
 from .blind import __main__ as blind
 from .blind.catalogue import STRATA, catalogue
 
@@ -28,6 +37,7 @@ def main() -> int:
         fmu_cost.ratios(),
         native_step.ratios(),
         fmu_c_host.ratios(),
+        master_speed.ratios(),
         simulation_speed.ratios(),
         identify_speed.ratios(),
     ):

@@ -10,15 +10,18 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
 from types import SimpleNamespace
+from typing import Any
 
 import fmpy
 
+from tsm_fmu.cosim import master
 from tsm_fmu.cosim.description import describe
 from tsm_fmu.cosim.ssp import open_ssp
 from tsm_fmu.cosim.system import System
@@ -47,24 +50,32 @@ class MasterRun:
     missing: str = ""
 
 
+@contextmanager
+def stepping() -> Iterator[list[float]]:
+    """Seconds that our compiled loop spends in steps, one entry for each of its calls."""
+    spent: list[float] = []
+    run_of = master.Program.run
+
+    def timed(self: master.Program, *arguments: Any) -> int:
+        begin = perf_counter()
+        try:
+            return run_of(self, *arguments)
+        finally:
+            spent.append(perf_counter() - begin)
+
+    program: Any = master.Program
+    program.run = timed
+    try:
+        yield spent
+    finally:
+        program.run = run_of
+
+
 def ours(ssp: Path, steps: int, step: float) -> tuple[float, Values]:
-    from tsm_fmu.cosim import master
-
-    with open_ssp(ssp) as cases:
+    with open_ssp(ssp) as cases, stepping() as spent:
         ((system, _),) = cases.values()
-        spent: list[float] = []
-        run_of = master.Program.run
-
-        def timed(self: master.Program, *arguments: object) -> int:
-            begin = perf_counter()
-            try:
-                return run_of(self, *arguments)  # type: ignore[arg-type]
-            finally:
-                spent.append(perf_counter() - begin)
-
-        master.Program.run = timed  # type: ignore[method-assign]
-        run = master.simulate_system(system, steps * step, step, method="jacobi", loops="delay")
-    return sum(spent) or float("nan"), {name: float(values[-1]) for name, values in run.columns.items()}
+        run = master.simulate_system(system, steps * step, step, method="jacobi", loops="delay", compiled=True)
+    return sum(spent), {name: float(values[-1]) for name, values in run.columns.items()}
 
 
 def libcosim(ssp: Path, steps: int, step: float) -> tuple[float, Values]:
@@ -77,13 +88,13 @@ def libcosim(ssp: Path, steps: int, step: float) -> tuple[float, Values]:
     begin = perf_counter()
     if not execution.step(steps):
         raise RuntimeError("libcosim did not step")
-    stepping = perf_counter() - begin
+    spent = perf_counter() - begin
     found: Values = {}
     for name, outputs in real_outputs(ssp).items():
-        slave = execution.slave_index_from_instance_name(name)
+        slave: Any = execution.slave_index_from_instance_name(name)
         values = observer.last_real_values(slave, list(outputs.values()))
         found |= {f"{name}.{variable}": value for variable, value in zip(outputs, values, strict=True)}
-    return stepping, found
+    return spent, found
 
 
 def ecos(ssp: Path, steps: int, step: float) -> tuple[float, Values]:
@@ -93,14 +104,14 @@ def ecos(ssp: Path, steps: int, step: float) -> tuple[float, Values]:
     simulation.init(parameter_set="initialValues")
     begin = perf_counter()
     simulation.step(steps)
-    stepping = perf_counter() - begin
+    spent = perf_counter() - begin
     found = {
         f"{name}.{variable}": simulation.get_real(f"{name}::{variable}")
         for name, outputs in real_outputs(ssp).items()
         for variable in outputs
     }
     simulation.terminate()
-    return stepping, found
+    return spent, found
 
 
 def fmpy_ssp(ssp: Path, steps: int, step: float) -> tuple[float, Values]:
@@ -122,8 +133,8 @@ def container(ssp: Path, steps: int, step: float) -> tuple[float, Values]:
         fmu = container_fmu(system, step, Path(folder))
         begin = perf_counter()
         rows = fmpy.simulate_fmu(str(fmu), stop_time=steps * step, step_size=step, output_interval=step, validate=False)
-        stepping = perf_counter() - begin
-    return stepping, {name.replace("::", "."): float(rows[name][-1]) for name in rows.dtype.names or () if "::" in name}
+        spent = perf_counter() - begin
+    return spent, {name.replace("::", "."): float(rows[name][-1]) for name in rows.dtype.names or () if "::" in name}
 
 
 def container_fmu(system: System, step: float, folder: Path) -> Path:
@@ -169,7 +180,7 @@ MASTERS: dict[str, Callable[[Path, int, float], tuple[float, Values]]] = {
 }
 
 
-def run(ssp: Path, master: str, steps: int, step: float) -> MasterRun:
+def run(ssp: Path, name: str, steps: int, step: float) -> MasterRun:
     """Run a system in a master; a master whose library does not load here is ``missing``.
 
     Raises
@@ -177,22 +188,22 @@ def run(ssp: Path, master: str, steps: int, step: float) -> MasterRun:
     RuntimeError
         If it fails otherwise.
     """
-    command = [sys.executable, "-m", "benchmarks.masters", str(ssp), master, str(steps), repr(step)]
+    command = [sys.executable, "-m", "benchmarks.masters", str(ssp), name, str(steps), repr(step)]
     done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[1], env=os.environ)
     if done.returncode != 0:
         last = (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
         if "libtbb" in last or "ModuleNotFoundError" in last:
             return MasterRun(missing=last)
-        raise RuntimeError(f"{master}: {done.stderr}")
+        raise RuntimeError(f"{name}: {done.stderr}")
     return MasterRun(**json.loads(done.stdout.splitlines()[-1]))
 
 
 def main(arguments: list[str]) -> None:
     """Run one; prints a JSON object last."""
-    ssp, master, steps, step = arguments
+    ssp, name, steps, step = arguments
     begin = perf_counter()
-    stepping, values = MASTERS[master](Path(ssp), int(steps), float(step))
-    result = MasterRun(perf_counter() - begin, stepping)
+    spent, values = MASTERS[name](Path(ssp), int(steps), float(step))
+    result = MasterRun(perf_counter() - begin, spent)
     print(json.dumps(vars(replace(result, values=values))), flush=True)
 
 

@@ -1,15 +1,14 @@
-"""Scenarios in other masters, from the same .ssp: libcosim, ecos, the container of fmu-manipulation-toolbox, against ours.
+"""Scenarios in other masters, from the same .ssp: libcosim, ecos, fmu-manipulation-toolbox's container, against ours.
 
 All exchange as Jacobi does. libcosim counts time in whole nanoseconds, so that its times round otherwise.
 """
-
-import math
 
 import pytest
 
 from benchmarks import masters
 from tsm_fmu.cosim.master import simulate_system
 from tsm_fmu.cosim.ssp import write_ssp
+from tsm_fmu.cosim.system import check_system
 from tsm_fmu.fmu.build import build_fmu
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.scenarios import SCENARIOS
@@ -27,7 +26,7 @@ LOOPS = [
 
 @pytest.fixture(scope="module", params=LOOPS, ids=lambda loop: f"{loop[0]}-{loop[2]}")
 def loop(request, fmus, tmp_path_factory):
-    """The .ssp, what ours gives at the end, and the size of each signal."""
+    """The .ssp, what ours gives at the end, the size of each signal, Enumerations that are set, links with a factor."""
     scenario, case, flavour = request.param
     folder = tmp_path_factory.mktemp("loop")
     module = SCENARIOS[scenario]
@@ -39,17 +38,27 @@ def loop(request, fmus, tmp_path_factory):
     system, experiment = cases[case or next(iter(cases))]
     ssp = write_ssp(folder / "loop.ssp", (system, experiment))
     run = simulate_system(system, STEPS * STEP, STEP, method="jacobi", loops="delay")
-    sizes = {name: max(abs(values.astype(float))) for name, values in run.columns.items()}
-    return ssp, {name: float(values[-1]) for name, values in run.columns.items()}, sizes
+    wiring = check_system(system)
+    ports = {f"{name}.{p.name}": p for name, d in wiring.descriptions.items() for p in d.ports.values()}
+    sizes = {n: float(max(abs(values))) for n, values in run.columns.items() if ports[n].kind == "Real"}
+    given = [f"{c.name}.{n}" for c in wiring.system.components for n in c.parameters]
+    starts = {f"{c.name}.{n}": str(v) for c in wiring.system.components for n, v in c.parameters.items()}
+    lost = [n for n in given if ports[n].fmi_type == "Enumeration" and starts[n] != ports[n].start]
+    scaled = [c.target for c in system.connections if (c.factor, c.offset) != (1.0, 0.0)]
+    return ssp, {name: float(values[-1]) for name, values in run.columns.items()}, sizes, lost, scaled
 
 
-@pytest.mark.parametrize(("master", "digits"), [("libcosim", 1e-12), ("ecos", 1e-12), ("container", 1e-12)])
-def test_another_master_gives_the_same_to_1e_12(loop, master, digits):
-    ssp, ours, sizes = loop
+@pytest.mark.parametrize("master", ["libcosim", "ecos", "container"])
+def test_another_master_gives_the_same_to_1e_12(loop, master, request):
+    ssp, ours, sizes, lost, scaled = loop
+    if master == "container" and scaled:
+        pytest.skip(f"a container has no factors in its links: {', '.join(scaled)}")
+    if master != "container" and lost:  # strict: when they learn it this fails, and the sentence in docs/ goes
+        request.applymarker(pytest.mark.xfail(reason=f"{master} ignores Enumerations: {', '.join(lost)}"))
     other = masters.run(ssp, master, STEPS, STEP)
     if other.missing:
         pytest.skip(f"{master} does not load here: {other.missing}")
     assert other.values is not None
+    assert set(other.values) == {name for name in ours if name in sizes}
     apart = {name: abs(value - ours[name]) / (sizes[name] or 1.0) for name, value in other.values.items()}
-    assert set(other.values) >= {name for name in ours if not math.isclose(sizes[name], 0.0)} or other.values
-    assert max(apart.values()) <= digits, sorted(apart.items(), key=lambda item: -item[1])[:5]
+    assert max(apart.values()) <= 1e-12, sorted(apart.items(), key=lambda item: -item[1])[:5]

@@ -7,6 +7,7 @@ give the same bits. The file calls nothing of ours, so that numba sees by its da
 from __future__ import annotations
 
 from functools import cache
+from types import FunctionType
 from typing import Any
 
 from llvmlite import ir
@@ -223,8 +224,17 @@ def _loop(
     return 0
 
 
+_SIGNATURE = types.int64(
+    *(types.int64[:, ::1], types.int64[:, ::1], types.float64[:, ::1], types.int64[:, ::1], types.float64[::1]),
+    *(types.int64[::1], types.int64, types.float64[::1], types.int64[::1], types.int32[::1]),
+    *(types.int64[::1], types.float64[::1]),
+)
+
+
 @cache
 def compiled_loop(free: bool) -> Any:
     """`_loop`, compiled; ``free`` gives the interpreter lock back meanwhile."""
+    loop = FunctionType(_loop.__code__, globals())
+    loop.__qualname__ = "free_loop" if free else "loop"  # by which numba keeps it: the lock is not in its key
     with compiled_cache.kept(__name__, own_file=True) as keep:
-        return njit(nogil=free, cache=keep)(_loop)
+        return njit(_SIGNATURE, nogil=free, cache=keep)(loop)  # with a signature loaded here, not in the first step

@@ -174,7 +174,6 @@ def _component_order(wiring: Wiring) -> tuple[str, ...]:
 
 def _without(binding: list[Link], pairs: list[tuple[str, str]], wiring: Wiring) -> list[Link]:
     """Drop from ``binding`` the links of that pair on the circle which nothing on the circle waits for."""
-
     between: dict[tuple[str, str], list[Link]] = {pair: [] for pair in pairs}
     for link in binding:
         between.get((link.source[0], link.target[0]), []).append(link)
