@@ -43,7 +43,7 @@ def test_a_boolean_output_gets_its_statistics_and_a_report(in_c, tmp_path, capsy
     system = alone(in_c["moody"], u=0.7)
     path = write_ssp(tmp_path / "moody.ssp", (system, Experiment(stop=0.1, step=0.01)))
     assert tsm_fmu(["run", str(path), "--out", str(tmp_path / "out"), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)["metrics"]["moody"]["signals"]["one.positive"]
+    found = json.loads(capsys.readouterr().out)["metrics"]["system"]["signals"]["one.positive"]
     assert found["mean"] == pytest.approx(10 / 11)  # false in the first row only
     assert found["peak_to_peak"] == 1.0
 
