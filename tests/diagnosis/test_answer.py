@@ -132,11 +132,11 @@ def test_ambiguous_names_all_and_says_what_to_do() -> None:
 
 
 def test_unknown_gives_the_formula_and_says_that_it_is_no_name() -> None:
-    formula = Formula((("v", 0.0021, "N.m/(rad/s)"),), "2.1 mN.m/(rad/s) v", 0.64, 1e-4)
+    formula = Formula((("v", 0.0021, "N.m.s/rad"),), "0.0021 N.m.s/rad v", 0.64, 1e-4)
     shapes = (ResidualShape("tau_in", "N.m", (), formula),)
     said = answer(found("unknown", candidates=(candidate("stribeck", 0.31),), shapes=shapes))
     assert "no effect of the library explains it well enough (the best, Stribeck friction, 31 %)" in said
-    assert said.endswith("What predicts 64 % of it, not a name: tau_in lacks 2.1 mN.m/(rad/s) v.")
+    assert said.endswith("What predicts 64 % of it, not a name: tau_in lacks 0.0021 N.m.s/rad v.")
 
 
 def test_parameters_and_refusal() -> None:

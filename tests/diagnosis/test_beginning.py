@@ -67,7 +67,7 @@ def test_what_is_compared_is_the_end_of_the_whole_simulation() -> None:
     one, two = (Problem(model, [run], ("x_out",), parameters) for run in (whole, cut))
     full, part = one.outputs(0, one.start()[0]), two.outputs(0, two.start()[0])
     assert np.array_equal(part, full[cut.lead_time.size :])
-    assert np.array_equal(two.played(0, two.start()[0])[:, two.columns], full)
+    assert np.array_equal(two.outputs_with_lead(0, two.start()[0])[:, two.columns], full)
     coarse = cut.every(3)
     assert np.array_equal(np.append(coarse.lead_time, coarse.time)[[0, -1]], [0.0, cut.time[::3][-1]])
     there, here = coordinates_of(model, whole, None, 0.017), coordinates_of(model, cut, None, 0.017)

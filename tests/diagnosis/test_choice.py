@@ -24,13 +24,13 @@ MANY = 1e5
 
 def made(
     added: str, rmse: float, held: float | None = None, *, parameters: int = 5, effective: float = MANY,
-    nuisance_specs: dict[str, float] | None = None, unit: float = SPREAD, model_form: float = 0.0,
+    nuisance_specs: dict[str, float] | None = None, unit: float = SPREAD, discrepancy: float = 0.0,
 ) -> Hypothesis:  # fmt: skip
     """What leaves ``rmse`` (of the spread) on one channel; ``added`` are ids with blanks between."""
     fitted: Any = SimpleNamespace(
         spread=np.array([unit]), rmse=np.array([rmse * unit]), effects=(*added.split(), *(nuisance_specs or ())),
         problem=SimpleNamespace(shared=tuple(range(parameters))),
-        task=SimpleNamespace(model_form=np.array([model_form * unit]), reference_removal={}),
+        task=SimpleNamespace(discrepancy=np.array([discrepancy * unit]), reference_removal={}),
     )  # fmt: skip
     square = (None if held is None else np.array([(held * unit) ** 2]), np.array([effective]), np.array([effective]))
     nuisance_tests: Any = {spec: (removed, fitted) for spec, removed in (nuisance_specs or {}).items()}
@@ -119,9 +119,9 @@ def test_what_hides_behind_a_named_effect_must_leave_next_to_nothing(left: float
 
 
 def test_what_removes_less_than_the_gap_on_reference_runs_corrects_the_form() -> None:
-    plain, one = made("", 0.9, model_form=0.08), made("inertia", 0.1, model_form=0.08)
+    plain, one = made("", 0.9, discrepancy=0.08), made("inertia", 0.1, discrepancy=0.08)
     for form, expected in ((0.08, ("inertia",)), (0.06, ("inertia", "stribeck"))):
-        both = made("inertia stribeck", refit_without(0.07, 0.1), model_form=form)
+        both = made("inertia stribeck", refit_without(0.07, 0.1), discrepancy=form)
         assert names(choice_of([plain, one, both], plain)) == [expected]
 
 

@@ -16,7 +16,7 @@ from tsm_fmu.diagnosis.fits.nuisance import (
     refit_without,
     shrunk_nuisances,
     significant_nuisances,
-    with_free_zeros,
+    with_free_offsets,
     with_nuisances,
 )
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
@@ -135,7 +135,7 @@ def test_zeros_of_runs_are_tied_until_they_are_set_free(rig: Rig, known: dict[st
     zeros = np.array([0.064, -0.051])
     base = fitted([shifted(rig(seed), by) for seed, by in zip((61, 62), zeros, strict=True)], known)
     bound = with_nuisances(base, FREE)
-    loose = with_free_zeros(bound, FREE)
+    loose = with_free_offsets(bound, FREE)
     apart = [np.ptp(f.per_run["F.offset_drift.b"]) for f in (bound, loose)]
     assert apart[0] < apart[1] == pytest.approx(np.ptp(zeros), rel=0.02)
     assert loose.per_run["F.offset_drift.b"] == pytest.approx(zeros, abs=0.003)

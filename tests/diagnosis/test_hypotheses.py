@@ -43,7 +43,7 @@ def stuck(task: Task, best: Hypothesis, factor: float) -> Hypothesis:
     """A fit with the same effect that ended in another valley of the baseline: one parameter would not move."""
     fitted = best.fitted
     values = {**fitted.values, "sigma2": factor * fitted.values["sigma2"]}
-    return hypothesis(("inertia",), refit(task, ("inertia",), values, held=["sigma2"]), (), [])
+    return hypothesis(("inertia",), refit(task, ("inertia",), values, fixed=["sigma2"]), (), [])
 
 
 def test_a_close_rival_is_refitted_from_the_baseline_of_the_best(task: Task, best: Hypothesis) -> None:
@@ -78,7 +78,7 @@ def test_what_is_better_or_no_rival_is_left_as_it_is(task: Task, best: Hypothesi
     exact.fitted.__dict__["cost"] = 0.0
     none = hypothesis((), refit(task, (), {}), (), [])
     assert refit_with_fewer(more, [exact], none, []) == [exact]
-    worse = hypothesis((), refit(task, (), {"sigma2": 3.0}, held=["sigma2"]), (), [])
+    worse = hypothesis((), refit(task, (), {"sigma2": 3.0}, fixed=["sigma2"]), (), [])
     assert refit_with_fewer(best, [worse], none, []) == [worse]  # better without the mass, but not as good as with it
     with_nuisances = replace(best, added=(), nuisances=("inertia",))
     assert (
@@ -95,14 +95,14 @@ def test_what_a_freedom_removes_is_found_once(task: Task, best: Hypothesis, monk
         return real(fitted, specs, nuisances)
 
     monkeypatch.setattr(module, "significant_nuisances", counted)
-    one = replace(hypothesis((), best.fitted, ("inertia",), []), model_form=())
-    idle = hypothesis((), refit(task, ("wear",), {}, held=["wear.d", "wear.L"]), ("wear",), [])
+    one = replace(hypothesis((), best.fitted, ("inertia",), []), form_corrections=())
+    idle = hypothesis((), refit(task, ("wear",), {}, fixed=["wear.d", "wear.L"]), ("wear",), [])
     find_significant_nuisances([one, idle])
     assert one.effects == ("inertia",)
     assert idle.effects == ()
     judged = replace(one, held_out=one.measured, effective_held_out=one.effective, nuisance_tests=lambda: one.tested)
     assert (judged.effects, judged.has_large_nuisance) == (("inertia",), True)
-    assert replace(one, model_form=("inertia",), nuisance_tests=lambda: one.tested).effects == ()
+    assert replace(one, form_corrections=("inertia",), nuisance_tests=lambda: one.tested).effects == ()
     assert sorted(asked) == [["inertia"], ["wear"]]
 
 

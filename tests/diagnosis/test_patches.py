@@ -75,7 +75,7 @@ def test_a_freedom_that_is_a_patch_is_form() -> None:
     one = made(["inertia"], [0.0031], {"sensor_lag@F": 0.03})
     choice = without_patches(Choice(one, (one,)), [made([], [0.0099]), one], np.array([True]), [])
     assert choice is not None
-    assert choice.winner.model_form == ("sensor_lag@F",)
+    assert choice.winner.form_corrections == ("sensor_lag@F",)
 
 
 def shaped(rig: Rig, known: dict[str, float], hyperbola: Shape, reference: bool) -> Hypothesis:
@@ -88,7 +88,7 @@ def shaped(rig: Rig, known: dict[str, float], hyperbola: Shape, reference: bool)
         there = with_nuisances(refit(Task("LuGreFriction", reference_fit, ("F",), known), (), {}), nuisances)
         base = replace(
             base,
-            task=replace(base.task, model_form=there.rmse, reference_removal=removed_on_reference(there, nuisances)),
+            task=replace(base.task, discrepancy=there.rmse, reference_removal=removed_on_reference(there, nuisances)),
         )
     return hypothesis((), with_nuisances(base, nuisances), nuisances, [])
 

@@ -11,7 +11,7 @@ import pytest
 from tsm_fmu.diagnosis.answer.gaps import closure
 from tsm_fmu.diagnosis.choice.floors import white_noise
 from tsm_fmu.diagnosis.fits.refit import Task, as_given, refit
-from tsm_fmu.diagnosis.residual.locate import benjamini_hochberg, locate
+from tsm_fmu.diagnosis.residual.locate import locate
 from tsm_fmu.diagnosis.residual.predictable import predictable_share
 from tsm_fmu.diagnosis.runs.gate import gate
 from tsm_fmu.diagnosis.runs.motion_signals import coordinates_of
@@ -132,27 +132,6 @@ def test_locate_says_nothing_of_coloured_noise() -> None:
     rng = np.random.default_rng(29)
     residuals = [coloured(r.time.size, 0.1, rng, 0.98)[:, None] for r in runs]
     assert not any(p.significant for p in locate(residuals, places, ["F"], "rad", "1"))
-
-
-def test_benjamini_hochberg_on_the_numbers_of_the_paper() -> None:
-    p = [
-        0.0001,
-        0.0004,
-        0.0019,
-        0.0095,
-        0.0201,
-        0.0278,
-        0.0298,
-        0.0344,
-        0.0459,
-        0.3240,
-        0.4262,
-        0.5719,
-        0.6528,
-        0.7590,
-        1.0,
-    ]
-    assert benjamini_hochberg(p) == [True] * 4 + [False] * 11
 
 
 def test_closure_by_hand() -> None:

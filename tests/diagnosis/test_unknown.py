@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from tsm_fmu.diagnosis.residual.dependence import dependence
 from tsm_fmu.diagnosis.residual.formula import formula, shapes, text_of
 from tsm_fmu.diagnosis.residual.library import folds
-from tsm_fmu.diagnosis.residual.sparse import chosen, fitted, predicted_shares, smallest, sums
+from tsm_fmu.diagnosis.residual.sparse import best_subsets, coefficients_of, cross_validated_shares, fewest_terms, sums
 from tsm_fmu.diagnosis.runs.motion_signals import Coordinates, coordinates_of
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.display import display
@@ -64,9 +64,9 @@ def test_a_viscous_residual_has_its_coefficient_and_the_unit_of_it() -> None:
     where = places()
     found = formula(with_noise([0.337 * c.v for c in where], 5, rho=0.9, size=0.5), where, "N", "m", "N")
     assert [t[0] for t in found.terms] == ["v"]
-    assert found.terms[0][2] == "N/(m/s)"
+    assert found.terms[0][2] == "N.s/m"
     assert found.terms[0][1] == pytest.approx(0.337, rel=0.08)
-    assert re.fullmatch(r"0\.3\d N/\(m/s\) v", found.text)
+    assert re.fullmatch(r"0\.3\d N\.s/m v", found.text)
 
 
 def test_two_laws_give_two_terms_or_more() -> None:
@@ -88,7 +88,7 @@ def test_a_load_dependent_residual_is_given_over_the_load() -> None:
     found = formula(with_noise(laws, 2, size=0.3), where, "N", "m", "N")
     assert found.terms[0][0] in ("sgn(v) |L|", "sgn(v) L")
     assert found.terms[0][1] == pytest.approx(0.041, rel=0.15)
-    assert found.terms[0][2] == "N/N"
+    assert found.terms[0][2] == "1"
 
 
 def test_something_that_sits_at_a_place_is_given_there() -> None:
@@ -184,9 +184,11 @@ def test_shapes_of_a_channel_without_a_law_are_empty_and_of_another_not() -> Non
 
 
 def test_text_of_a_formula() -> None:
-    terms = (("sgn(v) exp(-d/4 mm)", 0.1234, "N"), ("v", -0.0321, "N/(m/s)"), ("", 1203.0, "N"))
-    assert text_of(terms, "N") == "0.12 N sgn(v) exp(-d/4 mm) - 0.032 N/(m/s) v + 1200 N"
-    assert text_of((("x", -0.0021, "rad/rad"),), "rad") == "-0.12 deg/rad x"
+    terms = (("sgn(v) exp(-d/4 mm)", 0.1234, "N"), ("v", -0.0321, "N.s/m"), ("", 1203.0, "N"))
+    assert text_of(terms) == "0.12 N sgn(v) exp(-d/4 mm) - 0.032 N.s/m v + 1200 N"
+    assert text_of((("v", 0.0021, "N.m.s/rad"), ("", -0.0354, "N.m"))) == "0.0021 N.m.s/rad v - 35 mN.m"
+    assert text_of((("x L", -0.0021, "rad/N"),)) == "-0.12 deg/N x L"
+    assert text_of((("x", -0.0021, "1"),)) == "-0.0021 x"
 
 
 def test_columns_are_chosen_as_an_exhaustive_search_would() -> None:
@@ -197,12 +199,12 @@ def test_columns_are_chosen_as_an_exhaustive_search_would() -> None:
     x = np.column_stack([a + 3.0 * b, rng.normal(size=600), decoy, a + 3.2 * b, rng.normal(size=600)])
     y = 5.0 * (x[:, 0] - x[:, 3]) + 0.01 * rng.normal(size=600)
     data = sums(x, y, folds([200, 200, 200]))
-    first, second, *_ = chosen(*data.whole, most=3)
+    first, second, *_ = best_subsets(*data.whole, most=3)
     assert second == [0, 3]
     assert len(first) == 1
-    assert fitted(*data.whole, second) == pytest.approx([5.0, -5.0], rel=0.01)
-    assert predicted_shares(data)[1] > 0.99
-    assert smallest(predicted_shares(data)) == 2
+    assert coefficients_of(*data.whole, second) == pytest.approx([5.0, -5.0], rel=0.01)
+    assert cross_validated_shares(data)[1] > 0.99
+    assert fewest_terms(cross_validated_shares(data)) == 2
 
 
 def test_pysindy_is_asked_where_it_is_installed() -> None:

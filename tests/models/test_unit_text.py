@@ -25,12 +25,19 @@ from tsm_fmu.models.unit_text import simplified
         ("rad/(N.m)", "rad/(N.m)"),
         ("rad/s/s", "rad/s2"),
         ("rad/(rad)", "1"),
+        ("N/((m/s)2)", "N.s2/m2"),
+        ("rad/(m.rad/s)", "s/m"),
+        ("N/(rad.N.m)", "1/(rad.m)"),
     ],
 )
 def test_a_unit_has_one_fraction_at_most_and_is_the_same_quantity(unit: str, text: str) -> None:
     assert simplified(unit) == text
     assert same_quantity(simplified(unit), unit)
     assert simplified(simplified(unit)) == text
+
+
+def test_a_root_keeps_its_exponent() -> None:
+    assert simplified("N.m/((rad/s)0.5)") == "N.m.s0.5/rad0.5"
 
 
 @pytest.mark.parametrize(("unit", "text"), [("N/(m/s2)", "kg"), ("N.m/(rad/s2)", "kg.m2")])

@@ -52,7 +52,7 @@ def test_one_call_gives_what_single_calls_give(
     together = problem.residuals(wanted)
     for (k, row), found in zip(wanted, together, strict=True):
         run = problem.runs[k]
-        time, inputs = run.played
+        time, inputs = run.with_lead
         y = MODEL.simulate(problem.params(row), time, inputs)[lead:, problem.columns]
         error = (y - run.targets) * problem.weights
         edges = np.arange(0, len(error), problem.block)

@@ -209,7 +209,7 @@ def _gaps(found: Investigation) -> dict[str, Gap]:
     runs, verdict = found.runs, found.verdict
     base = found.judged.baselines.refitted.fitted
     units = {v.name: v.quantity.unit for v in base.problem.kernel.outputs}
-    threshold = np.maximum(EFFECT_SPREAD_SHARE * base.spread, base.task.model_form)
+    threshold = np.maximum(EFFECT_SPREAD_SHARE * base.spread, base.task.discrepancy)
     given, refitted, final = (errors_of(fitted, runs.measured, runs.holdout) for fitted in found.stages.values())
     return gaps(
         runs.channels, [units[c] for c in runs.channels], given, refitted, final, found.judged.floors, threshold,

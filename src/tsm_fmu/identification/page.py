@@ -9,8 +9,8 @@ import numpy as np
 
 from .. import __version__
 from ..kernels.arrays import FloatArray
+from ..logs.display import display
 from ..logs.record import Record
-from ..logs.units import unit_to_si
 from ..models.contract import Variable
 from ..regression.problem import FitRun
 from ..report import Figure, Line, Section, Table, loop_figure, time_figure, write_report
@@ -239,6 +239,5 @@ def _parameter(fit: Fit, field: str) -> Variable:
 
 def _shown(variable: Variable) -> tuple[Callable[..., FloatArray], str]:
     """Conversion from SI to the unit that people read, and that unit."""
-    unit = variable.quantity.display or variable.quantity.unit
-    factor = unit_to_si(unit).factor
-    return (lambda values: np.asarray(values) / factor), unit
+    shown = display(variable.quantity.unit)
+    return (lambda values: shown.factor * np.asarray(values)), shown.unit

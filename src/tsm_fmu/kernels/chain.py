@@ -13,14 +13,17 @@ from __future__ import annotations
 
 import hashlib
 import linecache
+from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
+from typing import Any
 
 from .. import models
 from ..effects import EFFECTS
 from ..effects.coordinates import Motion
 from ..models.contract import InputError
 from . import compiled_cache
+from .arrays import FloatArray
 from .chain_source import Attached, Writer
 from .kernel import Kernel, kernel
 
@@ -55,6 +58,31 @@ def chain(model: str, effects: tuple[str, ...], bend: bool = False) -> Kernel:
     module = compiled_cache.module(models, name, source) or _module(name, source)
     module.__dict__["SOURCE_TEXT"] = source
     return Kernel(module)
+
+
+@dataclass(frozen=True)
+class ModelPart:
+    """The model's own parameters, and columns of its inputs and outputs, as its named tuples."""
+
+    parameters: Any
+    inputs: Any
+    outputs: Any
+
+
+def model_part(chained: Kernel, p: Any, inputs: FloatArray, outputs: FloatArray) -> ModelPart:
+    """Cut the model's own part out of a chain's parameters and of the columns of its inputs and outputs.
+
+    Parameters
+    ----------
+    chained : Kernel
+        From `chain`.
+    p : Params
+        Of the chain.
+    inputs, outputs : ndarray, shape (n, number of the chain's inputs or outputs)
+    """
+    module = kernel(chained.name).module
+    first = (module.Params, p), (module.Inputs, inputs.T), (module.Outputs, outputs.T)
+    return ModelPart(*(own(*values[: len(own._fields)]) for own, values in first))
 
 
 def _module(name: str, source: str) -> ModuleType:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-_PREFERRED = {"rad": ("deg", 180.0 / math.pi), "m": ("mm", 1e3)}
+_PREFERRED = {"rad": ("deg", 180.0 / math.pi), "m": ("mm", 1e3), "H": ("mH", 1e3)}
 _MILLI = ("N.m", "N")
 SMALL = 0.1
 """Size below which a torque or force is shown in mN.m or mN."""

@@ -13,6 +13,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from ..models.contract import InputError
+from ..models.unit_text import written
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
@@ -177,13 +178,7 @@ def _coherent(unit: Any) -> str:
         parts = {symbol: 1.0} if symbol else {f"{registry.Unit(n):~}": _real(p) for n, p in base._units.items()}
         for part, exponent in parts.items():
             powers[part] = powers.get(part, 0.0) + exponent * _real(power)
-    above = [_power(n, p) for n, p in powers.items() if p > 0]
-    below = [_power(n, -p) for n, p in powers.items() if p < 0]
-    top = ".".join(sorted(above, key=_rank)) or "1"
-    if not below:
-        return top
-    bottom = ".".join(sorted(below, key=_rank))
-    return f"{top}/{bottom}" if len(below) == 1 else f"{top}/({bottom})"
+    return written(dict(sorted(powers.items(), key=lambda item: _rank(item[0]))))
 
 
 @cache
@@ -200,10 +195,5 @@ def _real(power: Any) -> float:
     return float(power)
 
 
-def _power(name: str, power: float) -> str:
-    return name if power == 1.0 else f"{name}{power:g}"
-
-
-def _rank(text: str) -> tuple[int, str]:
-    name = text.rstrip("0123456789.")
-    return (_COHERENT.index(name) if name in _COHERENT else len(_COHERENT), text)
+def _rank(symbol: str) -> tuple[int, str]:
+    return (_COHERENT.index(symbol) if symbol in _COHERENT else len(_COHERENT), symbol)

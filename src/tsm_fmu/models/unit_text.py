@@ -1,40 +1,53 @@
 """Units put together from others, written as people and FMI write them."""
 
+import re
+from collections.abc import Iterator, Mapping
+
 INERTIAS = {"N.s2/m": "kg", "N.m.s2/rad": "kg.m2"}
 """Force per acceleration and torque per angular acceleration."""
+_TOKEN = re.compile(r"[^\d./()\s]+|\d+(?:\.\d+)?|[./()]")
 
 
 def simplified(unit: str) -> str:
     """A unit as FMI writes it, with one fraction at most: ``N.m/(rad/s)`` is ``N.m.s/rad``,
-    ``N/(N)`` is ``1``, and a force per acceleration a mass.
+    ``N/(N)`` is ``1``, ``N/(m/s)2`` is ``N.s2/m2``, and a force per acceleration a mass.
     """
-    powers = _powers(unit)
-    above = [_factor(symbol, power) for symbol, power in powers.items() if power > 0]
-    below = [_factor(symbol, -power) for symbol, power in powers.items() if power < 0]
-    under = f"({'.'.join(below)})" if len(below) > 1 else "".join(below)
-    text = (".".join(above) or "1") + (f"/{under}" if under else "")
+    text = written(_product(iter([*_TOKEN.findall(unit), ")"])))
     return INERTIAS.get(text, text)
 
 
-def _powers(unit: str) -> dict[str, int]:
-    """Exponents of the symbols in a unit, in the order of the text."""
-    powers: dict[str, int] = {}
-    outside, sign, factor = [1], 1, ""
-    for char in unit + ".":
-        if char not in "./()":
-            factor += char
+def written(powers: Mapping[str, float]) -> str:
+    """The text of a product of symbols, in the order given: ``{"N": 1, "m": 1, "rad": -3}`` is ``N.m/rad3``."""
+    above = [_factor(symbol, power) for symbol, power in powers.items() if power > 0]
+    below = [_factor(symbol, -power) for symbol, power in powers.items() if power < 0]
+    under = f"({'.'.join(below)})" if len(below) > 1 else "".join(below)
+    return (".".join(above) or "1") + (f"/{under}" if under else "")
+
+
+def _product(tokens: Iterator[str]) -> dict[str, float]:
+    """Exponents of the symbols up to the closing parenthesis, in the order of the text."""
+    powers: dict[str, float] = {}
+    last: dict[str, float] = {}
+    sign = 1.0
+
+    def take(exponent: float) -> None:
+        for symbol, power in last.items():
+            powers[symbol] = powers.get(symbol, 0.0) + sign * exponent * power
+        last.clear()
+
+    for token in tokens:
+        if token[0].isdigit():
+            take(float(token))
             continue
-        symbol = factor.rstrip("0123456789")
-        if symbol:
-            powers[symbol] = powers.get(symbol, 0) + sign * int(factor[len(symbol) :] or "1")
-        factor = ""
-        if char == "(":
-            outside.append(sign)
-        elif char == ")" and len(outside) > 1:
-            outside.pop()
-        sign = -outside[-1] if char == "/" else outside[-1]
+        take(1.0)
+        if token == ")":
+            break
+        if token in "./":
+            sign = -1.0 if token == "/" else 1.0
+        else:
+            last = _product(tokens) if token == "(" else {token: 1.0}
     return powers
 
 
-def _factor(symbol: str, power: int) -> str:
-    return symbol if power == 1 else f"{symbol}{power}"
+def _factor(symbol: str, power: float) -> str:
+    return symbol if power == 1.0 else f"{symbol}{power:g}"

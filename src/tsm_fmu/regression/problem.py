@@ -43,7 +43,7 @@ class FitRun:
     targets : ndarray, shape (n, number of channels)
         Measured values of the fitted outputs, SI.
     lead_time, lead_inputs : ndarray, shape (m,) and (m, number of kernel inputs)
-        What was before: simulated, but not compared.
+        The lead, samples before these: simulated, but not compared.
     derived : tuple of str
         One sentence for each input that the record does not hold itself.
     """
@@ -57,8 +57,8 @@ class FitRun:
     derived: tuple[str, ...] = ()
 
     @cached_property
-    def played(self) -> tuple[FloatArray, FloatArray]:
-        """Time and inputs of all that is simulated."""
+    def with_lead(self) -> tuple[FloatArray, FloatArray]:
+        """Time and inputs of all that is simulated: the lead, then what is compared."""
         if not self.lead_time.size:
             return self.time, self.inputs
         return np.append(self.lead_time, self.time), np.concatenate([self.lead_inputs, self.inputs])
@@ -191,11 +191,11 @@ class Problem:
         return self.every_output(run, row)[:, self.columns]
 
     def every_output(self, run: int, row: FloatArray) -> FloatArray:
-        """The same of all outputs of the kernel, shape (n, outputs)."""
-        return self.played(run, row)[self.runs[run].lead_time.size :]
+        """All outputs of the kernel for one run, shape (n, outputs)."""
+        return self.outputs_with_lead(run, row)[self.runs[run].lead_time.size :]
 
-    def played(self, run: int, row: FloatArray) -> FloatArray:
-        """The same with what was before, shape (m + n, outputs)."""
+    def outputs_with_lead(self, run: int, row: FloatArray) -> FloatArray:
+        """All outputs of one run with its lead, shape (m + n, outputs)."""
         return self._simulated([(run, row)])[0]
 
     def outputs_of_all(self, table: FloatArray) -> list[FloatArray]:
@@ -264,7 +264,7 @@ class Problem:
     def _simulated(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
         """All outputs of several (run, row of values), with what was before; of one where the model stops only NaN."""
         used = sorted({k for k, _ in wanted})
-        times, all_inputs = zip(*(self.runs[k].played for k in used), strict=True)
+        times, all_inputs = zip(*(self.runs[k].with_lead for k in used), strict=True)
         time, inputs = (
             (times[0], all_inputs[0]) if len(used) == 1 else (np.concatenate(times), np.concatenate(all_inputs))
         )

@@ -43,7 +43,8 @@ class Uncertainty:
     correlation_time : float
         Of the residuals [rows of the residual], largest over runs and channels.
     calibration : dict of str to float
-        Variance of each of `names` over its element of H^-1: what the residuals' variance would be if they were white.
+        Variance of each of `names` over its element of H^-1: what the residuals' variance would be if they were
+        white; NaN where the log does not determine the parameter.
     """
 
     stderr: dict[str, float]
@@ -85,6 +86,8 @@ def uncertainty(problem: Problem, table: FloatArray, on_bound: frozenset[str]) -
     norm[norm == 0.0] = 1.0
     covariance, inverse, lost = _sandwich(information / np.outer(norm, norm), meat / np.outer(norm, norm))
     errors = np.where(lost, np.nan, np.sqrt(np.maximum(np.diag(covariance), 0.0)) / norm)
+    white, ratio = np.diag(inverse), np.full(size, np.nan)
+    np.divide(np.diag(covariance), white, out=ratio, where=white > 0.0)  # else nothing determines the parameter
     deviation = np.sqrt(np.maximum(np.diag(covariance)[:count], 1e-300))
     return Uncertainty(
         stderr=dict(zip(shared, errors[:count].tolist(), strict=True)),
@@ -97,7 +100,7 @@ def uncertainty(problem: Problem, table: FloatArray, on_bound: frozenset[str]) -
         condition_number=_condition_number(information, count),
         effective_samples=effective,
         correlation_time=longest,
-        calibration=dict(zip(shared, (np.diag(covariance) / np.diag(inverse))[:count].tolist(), strict=True)),
+        calibration=dict(zip(shared, ratio[:count].tolist(), strict=True)),
     )
 
 

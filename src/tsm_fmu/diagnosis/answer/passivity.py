@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...kernels.chain import model_part
 from ...kernels.kernel import kernel
 from ..criteria import RETURNED_WORK_SHARE
 from ..fits.refit import Fitted
@@ -20,17 +21,15 @@ def returned_share(fitted: Fitted) -> float | None:
     ----------
     fitted : Fitted
     """
-    module, problem = kernel(fitted.model).module, fitted.problem
+    problem = fitted.problem
     port = kernel(fitted.model).roles.friction
     if port is None:
         return None
     taken = net = 0.0
     for k, (run, place) in enumerate(zip(problem.runs, places_of(fitted), strict=True)):
-        p = problem.params(fitted.table[k])
-        outputs = problem.every_output(k, fitted.table[k])
-        own = module.Params(*p[: len(module.Params._fields)])
-        inputs = module.Inputs(*run.inputs.T[: len(module.Inputs._fields)])
-        friction = np.broadcast_to(port.read(own, inputs, module.Outputs(*outputs.T)), run.time.shape)
+        row = fitted.table[k]
+        own = model_part(problem.kernel, problem.params(row), run.inputs, problem.every_output(k, row))
+        friction = np.broadcast_to(port.read(own.parameters, own.inputs, own.outputs), run.time.shape)
         work = 0.5 * (friction[1:] + friction[:-1]) * np.diff(place.x)
         taken += float(np.sum(np.maximum(work, 0.0)))
         net += float(np.sum(work))

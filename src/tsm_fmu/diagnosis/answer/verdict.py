@@ -14,7 +14,7 @@ from ..choice.floors import Floors
 from ..choice.hypotheses import Hypothesis, left_out_in_turn, with_fit
 from ..choice.supported import Choice, indistinguishable, log_residual
 from ..criteria import EFFECT_SPREAD_SHARE, IDLE_SPREAD_SHARE
-from ..fits.nuisance import refit_without, with_free_zeros
+from ..fits.nuisance import refit_without, with_free_offsets
 from ..fits.quantised import with_levels
 from ..fits.refit import Fitted
 from .passivity import sign_notes
@@ -93,14 +93,14 @@ def _without_effect(baselines: Baselines, winner: Hypothesis, final: Fitted) -> 
 
 
 def _without_idle_nuisances(winner: Hypothesis, holdout: Sequence[FitRun], progress: Callable[[str], None]) -> Fitted:
-    """The winner's fit without the nuisance effects that do nothing; zeros of runs that are named may be free.
+    """The winner's fit without the nuisance effects that do nothing; offsets of runs that are named may be free.
 
     They are if that does not cost on runs that were not fitted: there they could have taken what is a law.
     """
     fitted = winner.fitted
     if any(sizes_as(effect_of(spec), "per run") for spec in winner.significant):
-        progress("refit with free zeros")
-        loose = with_fit(winner, with_free_zeros(fitted, winner.nuisances), holdout)
+        progress("refit with free offsets")
+        loose = with_fit(winner, with_free_offsets(fitted, winner.nuisances), holdout)
         if not holdout and winner.held_out is not None:
             loose = left_out_in_turn(loose)
         if log_residual(loose) < log_residual(winner):

@@ -73,12 +73,12 @@ def baselines(
         base = replace(
             base,
             task=replace(
-                base.task, model_form=reference.rmse, reference_removal=removed_on_reference(reference, nuisances)
+                base.task, discrepancy=reference.rmse, reference_removal=removed_on_reference(reference, nuisances)
             ),
         )
     levels = coarse(runs, task.channels, base.spread)
-    form = np.maximum(base.task.model_form, step_noise(levels, task.channels))
-    base = replace(base, task=replace(base.task, gap=base.rmse, model_form=form))
+    form = np.maximum(base.task.discrepancy, step_noise(levels, task.channels))
+    base = replace(base, task=replace(base.task, gap=base.rmse, discrepancy=form))
     return Baselines(
         given, hypothesis((), base, (), holdout),
         hypothesis((), with_nuisances(base, nuisances), nuisances, holdout), reference, tuple(levels),

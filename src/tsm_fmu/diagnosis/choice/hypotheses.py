@@ -27,8 +27,8 @@ from ..fits.nuisance import (
     Start,
     begun_with,
     best_refit,
+    corrects_model_form,
     finished,
-    is_model_form,
     refit_with,
     refit_without,
     significant_nuisances,
@@ -59,8 +59,8 @@ class Hypothesis:
         The same on held-out runs.
     effective, effective_held_out : ndarray, shape (channels,)
         Independent samples that the residual is worth on either.
-    model_form : tuple of str
-        Nuisance effects that are no effects of their own, whatever they remove.
+    form_corrections : tuple of str
+        Nuisance effects that correct the form of the model: no effects of their own, whatever they remove.
     nuisance_tests : callable, optional
         Gives `tested`, where another hypothesis with the same fit knows it; only called when it is asked for.
     """
@@ -72,7 +72,7 @@ class Hypothesis:
     held_out: FloatArray | None
     effective: FloatArray
     effective_held_out: FloatArray
-    model_form: tuple[str, ...] = ()
+    form_corrections: tuple[str, ...] = ()
     nuisance_tests: Callable[[], Mapping[str, tuple[float, Fitted]]] | None = field(
         default=None, repr=False, compare=False
     )
@@ -87,7 +87,7 @@ class Hypothesis:
         """Nuisance effects that are effects of their own, by what they remove."""
         task, spread = self.fitted.task, self.fitted.spread
         used = ((spec, removed) for spec, (removed, _) in self._significant.items())
-        return {spec: removed for spec, removed in used if not is_model_form(spec, removed, task, spread)}
+        return {spec: removed for spec, removed in used if not corrects_model_form(spec, removed, task, spread)}
 
     @property
     def has_large_nuisance(self) -> bool:
@@ -109,12 +109,14 @@ class Hypothesis:
         """Nuisance effects that remove as much as a missing effect: how much, and the fit without each."""
         if self.nuisance_tests is not None:
             return self.nuisance_tests()
-        asked = [s for s in self.fitted.effects if s in self.nuisances and s not in (*self.added, *self.model_form)]
+        asked = [
+            s for s in self.fitted.effects if s in self.nuisances and s not in (*self.added, *self.form_corrections)
+        ]
         return significant_nuisances(self.fitted, asked, self.nuisances)
 
     @property
     def _significant(self) -> dict[str, tuple[float, Fitted]]:
-        return {s: found for s, found in self.tested.items() if s not in self.model_form}
+        return {s: found for s, found in self.tested.items() if s not in self.form_corrections}
 
     @property
     def effects(self) -> tuple[str, ...]:

@@ -72,8 +72,8 @@ def _only(
     form = tuple(spec for spec in one.nuisances if spec not in kept)
     there = sorted((h for h in hypotheses if set(h.added) == set(added)), key=log_residual)
     if there:
-        return replace(there[0], model_form=form, nuisance_tests=lambda: there[0].tested)
+        return replace(there[0], form_corrections=form, nuisance_tests=lambda: there[0].tested)
     fitted = one.fitted
     for spec in one.added:
         fitted = fitted if spec in kept else refit_without(fitted, spec, one.nuisances)
-    return replace(hypothesis(added, fitted, one.nuisances, holdout, one.reference_gain), model_form=form)
+    return replace(hypothesis(added, fitted, one.nuisances, holdout, one.reference_gain), form_corrections=form)

@@ -183,7 +183,7 @@ def _within_allowance(
     limit = np.square(least if fewer else FIT_SPREAD_SHARE) * spread
     form = np.where(clean, 0.0, LAW_FORM_SHARE)
     if fewer:
-        limit = np.maximum(limit, best.fitted.task.model_form**2)
+        limit = np.maximum(limit, best.fitted.task.discrepancy**2)
     pairs = [(one.measured, best.measured, nothing, best.effective)]
     if one.held_out is not None and best.held_out is not None and nothing_held is not None:
         pairs.append((one.held_out, best.held_out, nothing_held, best.effective_held_out))

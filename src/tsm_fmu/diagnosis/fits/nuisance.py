@@ -82,15 +82,15 @@ def with_nuisances(base: Fitted, nuisances: Sequence[str]) -> Fitted:
                 values |= choices[min(number, len(choices) - 1)]
         starts.append(({**base.values, **values}, base.per_run))
     found = best_refit(base, [*base.effects, *nuisances], starts, nuisances)
-    return with_held_zeros(found, nuisances)
+    return with_pooled_offsets(found, nuisances)
 
 
-def with_held_zeros(fitted: Fitted, nuisances: Sequence[str]) -> Fitted:
-    """A refit in which the zeros of the runs are held together: one moves by `NUISANCE_SPREAD_SHARE` of the spread.
+def with_pooled_offsets(fitted: Fitted, nuisances: Sequence[str]) -> Fitted:
+    """A refit with the offsets of the runs partially pooled: one moves by `NUISANCE_SPREAD_SHARE` of the spread.
 
-    A load that is constant in each run and differs between them is a constant to each run: free zeros would take
-    what the law of the load is. The weight of a zero is that of independent samples with what the fit leaves; where
-    little noise is left, zeros as far apart as they like cost nothing against what they explain.
+    A load that is constant in each run and differs between them is a constant to each run: free offsets would
+    take what the law of the load is. The weight of an offset is that of independent samples with what the fit leaves;
+    where little noise is left, offsets as far apart as they like cost nothing against what they explain.
     """
     names = offsets(fitted.task, fitted.effects, nuisances, ())[0]
     if len(fitted.problem.runs) < 2 or not names:
@@ -99,13 +99,13 @@ def with_held_zeros(fitted: Fitted, nuisances: Sequence[str]) -> Fitted:
     length = sum(r.targets.shape[0] for r in fitted.problem.runs) / fitted.effective
     zero = NUISANCE_SPREAD_SHARE * fitted.spread
     each = dict(zip(fitted.problem.channels, weights * np.sqrt(length) / zero, strict=True))
-    task = replace(fitted.task, zeros={name: float(each[name.partition(".")[0]]) for name in names})
+    task = replace(fitted.task, pooling={name: float(each[name.partition(".")[0]]) for name in names})
     return best_refit(replace(fitted, task=task), fitted.effects, [(fitted.values, fitted.per_run)], nuisances)
 
 
-def with_free_zeros(fitted: Fitted, nuisances: Sequence[str]) -> Fitted:
-    """A refit in which each run has the zero that fits it."""
-    loose = replace(fitted, task=replace(fitted.task, zeros={}))
+def with_free_offsets(fitted: Fitted, nuisances: Sequence[str]) -> Fitted:
+    """A refit in which each run has the offset that fits it, nothing pooled."""
+    loose = replace(fitted, task=replace(fitted.task, pooling={}))
     return best_refit(loose, fitted.effects, [(fitted.values, fitted.per_run)], nuisances, fitted.released)
 
 
@@ -236,8 +236,8 @@ def _descended(
     steps: int,
 ) -> Fitted:  # fmt: skip
     """The best refit of those from each start."""
-    per_run, held = offsets(task, effects, nuisances, released)
-    asked: dict[str, Any] = {"held": held, "per_run": per_run, "released": released, "steps": steps}
+    per_run, fixed = offsets(task, effects, nuisances, released)
+    asked: dict[str, Any] = {"fixed": fixed, "per_run": per_run, "released": released, "steps": steps}
     found: list[Fitted] = []
     for values, own in starts:
         try:
@@ -283,7 +283,7 @@ def significant_nuisances(
     """
     found = {}
     of_effects = LAW_FORM_SHARE * np.maximum(fitted.task.gap**2 - fitted.rmse**2, 0.0)
-    form = np.sqrt(np.maximum(fitted.task.model_form**2, of_effects))
+    form = np.sqrt(np.maximum(fitted.task.discrepancy**2, of_effects))
     for spec in fitted.effects:
         if spec not in asked or float(fitted.share_of(spec).max()) < NUISANCE_SPREAD_SHARE:
             continue
@@ -300,7 +300,7 @@ def significant_nuisances(
     return found
 
 
-def is_model_form(spec: str, share: float, task: Task, spread: FloatArray) -> bool:
+def corrects_model_form(spec: str, share: float, task: Task, spread: FloatArray) -> bool:
     """Whether a nuisance effect that removes this part of a channel's spread is the form of the model, and no effect.
 
     Parameters

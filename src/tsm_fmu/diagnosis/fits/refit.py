@@ -154,15 +154,15 @@ class Task:
         Factor of each channel's residual; empty for one over its spread.
     limits : mapping of str to tuple
         Narrower bounds of parameters by public name.
-    zeros : mapping of str to float
-        See `nuisance.with_held_zeros`.
-    model_form : ndarray, shape (channels,)
-        Gap of the refitted model on reference runs [RMS], or the noise of a channel's steps if that is more; zero
-        without either. An effect that removes no more than that corrects the form of the model.
+    pooling : mapping of str to float
+        As `Problem.pooling`, by public name; see `nuisance.with_pooled_offsets`.
+    discrepancy : ndarray, shape (channels,)
+        Model discrepancy: gap of the refitted model on reference runs [RMS], or the noise of a channel's steps if that
+        is more; zero without either. An effect that removes no more than that corrects the form of the model.
     gap : ndarray, shape (channels,)
         What the refitted baseline leaves [RMS]; zero until it is known.
     reference_removal : mapping of str to ndarray, shape (channels,)
-        What a nuisance effects removes on reference runs [RMS], by spec.
+        What a nuisance effect removes on reference runs [RMS], by spec.
     bend : bool
         The runs hold the sheath's angle Theta behind the inputs of the model.
     """
@@ -175,8 +175,8 @@ class Task:
     fixed: tuple[str, ...] = ()
     weights: FloatArray = field(default_factory=lambda: np.empty(0))
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    zeros: Mapping[str, float] = field(default_factory=dict)
-    model_form: FloatArray = field(default_factory=lambda: np.zeros(1))
+    pooling: Mapping[str, float] = field(default_factory=dict)
+    discrepancy: FloatArray = field(default_factory=lambda: np.zeros(1))
     gap: FloatArray = field(default_factory=lambda: np.zeros(1))
     reference_removal: Mapping[str, FloatArray] = field(default_factory=dict)
     bend: bool = False
@@ -192,7 +192,7 @@ class Task:
 
 def refit(
     task: Task, effects: Sequence[str], values: Mapping[str, float], *,
-    per_run_values: Mapping[str, FloatArray] | None = None, held: Sequence[str] = (), per_run: Sequence[str] = (),
+    per_run_values: Mapping[str, FloatArray] | None = None, fixed: Sequence[str] = (), per_run: Sequence[str] = (),
     steps: int = STEPS, released: Sequence[str] = (),
 ) -> Fitted:  # fmt: skip
     """Fit a model with effects from given values; the result is never worse than the start.
@@ -205,7 +205,7 @@ def refit(
         Start values by public name, over those of the task; those that the chain does not have are left out.
     per_run_values : mapping of str to ndarray, shape (runs,), optional
         Start values, by public name, of each run's own parameters.
-    held : sequence of str
+    fixed : sequence of str
         Public names that keep their start value, besides those of the task.
     per_run : sequence of str
         Public names with a value for each run, besides those that the model declares.
@@ -216,14 +216,14 @@ def refit(
     """
     kernel = task.kernel(effects)
     known = {v.name for v in kernel.parameters}
-    fixed = [name for name in (*task.fixed, *held) if name in known]
+    kept = [name for name in (*task.fixed, *fixed) if name in known]
     start_values = {n: v for n, v in {**task.values, **values}.items() if n in known}
     offsets = [name for name in per_run if name in known]
-    space = search_space(kernel, task.preset, start_values, fixed, per_run=per_run_fields(kernel, offsets=offsets))
+    space = search_space(kernel, task.preset, start_values, kept, per_run=per_run_fields(kernel, offsets=offsets))
     for v in kernel.parameters:
         if v.name in task.limits:
             space = space.with_parameter(v.field, space[v.field].within(*task.limits[v.name]))
-    pooling = {v.field: task.zeros[v.name] for v in kernel.parameters if v.name in task.zeros}
+    pooling = {v.field: task.pooling[v.name] for v in kernel.parameters if v.name in task.pooling}
     problem = Problem(kernel, list(task.runs), task.channels, space, task.weights, pooling)
     start = problem.start()
     for name, values_ in (per_run_values or {}).items():
@@ -281,7 +281,8 @@ def _forgotten(problem: Problem, start: FloatArray) -> list[str]:
         for k, run in enumerate(problem.runs):
             row = start[k].copy()
             row[problem.fields.index(name)] += 1e-6
-            change = np.nan_to_num(problem.played(k, row) - problem.played(k, start[k]))[:, problem.columns] ** 2
+            moved = problem.outputs_with_lead(k, row) - problem.outputs_with_lead(k, start[k])
+            change = np.nan_to_num(moved)[:, problem.columns] ** 2
             there, all_ = there + float(change[run.lead_time.size :].sum()), all_ + float(change.sum())
         if there < REMEMBERED_SHARE**2 * all_:
             found.append(name)

@@ -14,6 +14,7 @@ from ...effects import shapes_of, sizes_of
 from ...effects.about import Scale, Shape
 from ...effects.coordinates import ANGLE
 from ...kernels.arrays import FloatArray
+from ...kernels.chain import model_part
 from ...kernels.chain_source import Attached
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError
@@ -133,12 +134,10 @@ class Responses:
     def _change(self, attached: Attached, effect: Kernel, p: Any, k: int) -> FloatArray:
         """Change of all outputs of a run by the effect."""
         run, signals, full = self.problem.runs[k], self.signals[k], self.full[k]
-        module = self.base.module
-        mp = module.Params(*self.problem.params(self.fitted.table[k])[: len(module.Params._fields)])
-        mu, mo = module.Inputs(*run.inputs.T[: len(module.Inputs._fields)]), module.Outputs(*full.T)
+        own = model_part(self.kernel, self.problem.params(self.fitted.table[k]), run.inputs, full)
         channel = [v.name for v in self.kernel.outputs].index(attached.channel) if attached.channel else None
         port = self.base.roles.friction if channel is None else None
-        before = port.read(mp, mu, mo) if port else full[:, channel]
+        before = port.read(own.parameters, own.inputs, own.outputs) if port else full[:, channel]
         columns = [before if v.name == "y" else self._signal(signals, k, v.name) for v in effect.inputs]
         try:
             after = effect.simulate(p, run.time, np.column_stack(columns))[:, 0]
@@ -146,7 +145,7 @@ class Responses:
             return np.full_like(full, np.nan)
         change = np.zeros_like(full)
         if port:
-            for j, column in enumerate(port.write(mp, mu, mo, after)):
+            for j, column in enumerate(port.write(own.parameters, own.inputs, own.outputs, after)):
                 change[:, j] = column - full[:, j]
         else:
             change[:, channel] = after - before

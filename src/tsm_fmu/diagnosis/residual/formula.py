@@ -11,13 +11,22 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...kernels.arrays import FloatArray, IntArray
-from ...logs.display import Display, display
+from ...logs.display import display
+from ...models.unit_text import simplified
 from ..criteria import FORMULA_P, FORMULA_SHARE, FORMULA_TERMS
 from ..evidence import Formula, Place, ResidualShape
 from ..runs.motion_signals import Coordinates
 from .dependence import dependence
 from .library import folds, library
-from .sparse import Sums, chosen, fitted, predicted_shares, share_of, smallest, sums
+from .sparse import (
+    Sums,
+    best_subsets,
+    coefficients_of,
+    cross_validated_share,
+    cross_validated_shares,
+    fewest_terms,
+    sums,
+)
 from .surrogates import surrogates, tail
 
 LEADING = 2
@@ -85,7 +94,7 @@ def formula(
     matrix /= scale
     fold = folds([p.size for p in parts])
     data = sums(matrix, np.concatenate(parts), fold)
-    shares = predicted_shares(data)
+    shares = cross_validated_shares(data)
     share = float(shares.max())
     if share < FORMULA_SHARE:
         return Formula(share=max(share, 0.0))
@@ -95,40 +104,34 @@ def formula(
     p = tail(share, np.array(by_chance))
     if p > FORMULA_P:
         return Formula(share=share, p=p)
-    count = smallest(shares)
-    terms, optimiser = chosen(*data.whole, most=count)[-1], Formula.optimiser
+    count = fewest_terms(shares)
+    terms, optimiser = best_subsets(*data.whole, most=count)[-1], Formula.optimiser
     share = float(shares[count - 1])
     other = _by_sindy(matrix, np.concatenate(parts), count)
-    if other and share_of(data, other) > share_of(data, terms):
+    if other and cross_validated_share(data, other) > cross_validated_share(data, terms):
         terms, optimiser = other, "PySINDy STLSQ"
-    values = fitted(*data.whole, terms) / scale[terms]
+    values = coefficients_of(*data.whole, terms) / scale[terms]
     found = tuple(
-        (offered[j].text, float(value), _per(unit, offered[j].unit))
+        (offered[j].text, float(value), simplified(f"{unit}/({offered[j].unit})"))
         for j, value in sorted(zip(terms, values, strict=True), key=lambda jv: -abs(jv[1]) * scale[jv[0]])
     )
-    return Formula(found, text_of(found, unit), share, p, optimiser)
+    return Formula(found, text_of(found), share, p, optimiser)
 
 
-def text_of(terms: Sequence[tuple[str, float, str]], unit: str) -> str:
+def text_of(terms: Sequence[tuple[str, float, str]]) -> str:
     """A formula as people read it, with the unit of each coefficient."""
-    shown, out = display(unit, max(abs(value) for _, value, _ in terms)), ""
-    for text, value, own in terms:
-        number = Display(own.replace(unit, shown.unit, 1), shown.factor)(abs(value), 2)
+    size, out = max(abs(value) for _, value, _ in terms), ""
+    for text, value, unit in terms:
+        number = display(unit, size)(abs(value), 2)
         sign = ("-" if value < 0.0 else "") if not out else (" - " if value < 0.0 else " + ")
         out += sign + " ".join(filter(None, (number, text)))
     return out
 
 
-def _per(unit: str, other: str) -> str:
-    if other == "1":
-        return unit
-    return f"{unit}/{other}" if other.isalnum() else f"{unit}/({other})"
-
-
 def _of_noise(data: Sums, matrix: FloatArray, noise: FloatArray, fold: IntArray) -> float:
     cross = np.array([matrix[fold == f].T @ noise[fold == f] for f in range(data.power.size)])
     power = np.array([float(noise[fold == f] @ noise[fold == f]) for f in range(data.power.size)])
-    return float(predicted_shares(Sums(data.gram, cross, power)).max())
+    return float(cross_validated_shares(Sums(data.gram, cross, power)).max())
 
 
 def _by_sindy(matrix: FloatArray, residual: FloatArray, count: int) -> list[int]:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
+from scipy.stats import false_discovery_control
 
 from ...kernels.arrays import FloatArray
 from ..criteria import FALSE_DISCOVERY_RATE
@@ -65,17 +66,9 @@ def locate(
                   deviation * max(f.explained - f.chance, 0.0) ** 0.5)
             for f in frequencies(parts, drawn, thin)
         ]  # fmt: skip
-    kept = benjamini_hochberg([f.p for f in found])
-    marked = [replace(f, significant=k) for f, k in zip(found, kept, strict=True)]
+    adjusted = false_discovery_control([f.p for f in found])  # Benjamini and Hochberg
+    marked = [replace(f, significant=bool(p <= FALSE_DISCOVERY_RATE)) for f, p in zip(found, adjusted, strict=True)]
     return sorted(marked, key=lambda f: (not f.significant, f.chance - f.explained))
-
-
-def benjamini_hochberg(p: Sequence[float], level: float = FALSE_DISCOVERY_RATE) -> list[bool]:
-    """Which of several p-values stay significant at a false discovery rate."""
-    order = np.argsort(p)
-    passed = [i for rank, i in enumerate(order, 1) if p[i] <= level * rank / len(p)]
-    limit = max((p[i] for i in passed), default=-1.0)
-    return [value <= limit for value in p]
 
 
 def axes_of(places: Sequence[Coordinates], unit: str, load_unit: str) -> list[tuple[str, str, FloatArray]]:

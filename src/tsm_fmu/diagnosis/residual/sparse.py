@@ -49,7 +49,7 @@ def sums(columns: FloatArray, residual: FloatArray, fold: NDArray[np.int_]) -> S
     )  # fmt: skip
 
 
-def chosen(gram: FloatArray, cross: FloatArray, most: int = FORMULA_TERMS) -> list[list[int]]:
+def best_subsets(gram: FloatArray, cross: FloatArray, most: int = FORMULA_TERMS) -> list[list[int]]:
     """Best sets of 1, 2, ... columns: each adds the column that helps most, then swaps single ones while that helps.
 
     Orthogonal least squares (Chen, Billings, Luo, Int. J. Control 50, 1989) with exchanges.
@@ -69,30 +69,30 @@ def chosen(gram: FloatArray, cross: FloatArray, most: int = FORMULA_TERMS) -> li
     return found
 
 
-def fitted(gram: FloatArray, cross: FloatArray, terms: Sequence[int]) -> FloatArray:
+def coefficients_of(gram: FloatArray, cross: FloatArray, terms: Sequence[int]) -> FloatArray:
     """Least-squares coefficients of some columns."""
-    chosen_gram = gram[np.ix_(terms, terms)]
-    solved = np.linalg.solve(chosen_gram + RIDGE * np.diag(np.diag(chosen_gram)), cross[list(terms)])
+    inner = gram[np.ix_(terms, terms)]
+    solved = np.linalg.solve(inner + RIDGE * np.diag(np.diag(inner)), cross[list(terms)])
     return np.asarray(solved, float)
 
 
-def predicted_shares(data: Sums, most: int = FORMULA_TERMS) -> FloatArray:
+def cross_validated_shares(data: Sums, most: int = FORMULA_TERMS) -> FloatArray:
     """Share of the residual's mean square predicted on left-out folds with 1, 2, ... terms, chosen without them."""
     lost = np.zeros(min(most, data.cross.shape[1]))
     for f in range(data.power.size):
         gram, cross = data.without(f)
-        for k, terms in enumerate(chosen(gram, cross, most)):
-            lost[k] += _loss(data, f, terms, fitted(gram, cross, terms))
+        for k, terms in enumerate(best_subsets(gram, cross, most)):
+            lost[k] += _loss(data, f, terms, coefficients_of(gram, cross, terms))
     return 1.0 - lost / max(float(data.power.sum()), 1e-300)
 
 
-def share_of(data: Sums, terms: Sequence[int]) -> float:
+def cross_validated_share(data: Sums, terms: Sequence[int]) -> float:
     """The same of given terms, only their coefficients found without the fold."""
-    lost = sum(_loss(data, f, terms, fitted(*data.without(f), terms)) for f in range(data.power.size))
+    lost = sum(_loss(data, f, terms, coefficients_of(*data.without(f), terms)) for f in range(data.power.size))
     return 1.0 - lost / max(float(data.power.sum()), 1e-300)
 
 
-def smallest(shares: FloatArray) -> int:
+def fewest_terms(shares: FloatArray) -> int:
     """Number of terms: the fewest that predict nearly as much as any number."""
     return int(np.argmax(shares >= shares.max() - FORMULA_TERM_SHARE)) + 1
 

@@ -63,7 +63,7 @@ def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: 
     """
     names = [v.name for v in kernel.inputs]
     channel = kernel.motion
-    time, inputs = run.played
+    time, inputs = run.with_lead
     x = position_of(kernel, time, inputs)
     span = float(np.ptp(x)) or 1.0
     lag = 0.0 if channel == "v" else 2.0 * float(np.median(np.diff(time)))
