@@ -92,6 +92,7 @@ def test_what_the_model_has_already_is_not_listed(rig: Rig, known: dict[str, flo
     assert "coulomb" not in listed(slow, ["coulomb", "inertia"])
 
 
+@pytest.mark.parametrize(("middle", "shown"), [(0.0, False), (2.1, True)])
 def test_a_straight_sheath_does_not_show_what_its_bending_does(middle: float, shown: bool) -> None:
     runs = []
     for seed in (58, 59):
