@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from tsm_fmu.kernels.kernel import kernel
-from tsm_fmu.regression.coordinates import Coordinates
 from tsm_fmu.regression.descent import Objective, triangle
 from tsm_fmu.regression.problem import FitRun, Problem
 from tsm_fmu.regression.projection import Eliminated, Projection
+from tsm_fmu.regression.scaled_variables import ScaledVariables
 from tsm_fmu.regression.sensitivity import sensitivity_scales
 from tsm_fmu.regression.specification import per_run_fields, search_space
 
@@ -52,18 +52,18 @@ def test_slopes_are_those_of_every_value_moved_alone(lead: int, tie: float) -> N
     shared = [problem.fields.index(f) for f in problem.shared]
     start[:, shared] = start[0, shared]
     problem = replace(problem, pooling={problem.per_run[0]: tie} if tie else {})
-    coordinates = Coordinates(
+    variables = ScaledVariables(
         problem, problem.shared, problem.per_run, sensitivity_scales(problem.starting_at(start)), start
     )
     assert len(problem.per_run) == 2
     j = problem.fields.index(problem.per_run[0])
 
     def whole(q: np.ndarray) -> np.ndarray:
-        table = coordinates.table(q)
+        table = variables.table(q)
         parts = [problem.residual(k, table[k]) for k in range(3)]
         return np.concatenate([*parts, tie * (table[:, j] - table[:, j].mean())])
 
-    q, turned = coordinates.of(start), Objective(problem, coordinates, Projection(problem, Eliminated(), {}), 1e-5)
+    q, turned = variables.of(start), Objective(problem, variables, Projection(problem, Eliminated(), {}), 1e-5)
     residual = whole(q)
     columns = np.column_stack([(whole(q + h) - residual) / 1e-5 for h in 1e-5 * np.eye(q.size)])
     found = turned.jacobian(q)

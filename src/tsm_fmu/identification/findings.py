@@ -8,9 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..kernels.arrays import FloatArray
-from ..regression.coordinates import DECADES
 from ..regression.intervals import QUANTILE
 from ..regression.problem import Problem
+from ..regression.scaled_variables import DECADES
 from ..regression.sensitivity import sensitivity_scales
 from ..regression.uncertainty import Uncertainty
 

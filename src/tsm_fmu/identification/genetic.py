@@ -13,10 +13,10 @@ import numpy as np
 from scipy.optimize import differential_evolution, minimize
 
 from ..kernels.arrays import FloatArray
-from ..regression.coordinates import Coordinates
 from ..regression.linearity import linear_parameters
 from ..regression.problem import Problem
 from ..regression.projection import Eliminated, Projection
+from ..regression.scaled_variables import ScaledVariables
 from ..regression.seeds import SPREAD, dimensional_scales
 from ..regression.sensitivity import sensitivity_scales
 from ..regression.solver import SearchLog, Solution
@@ -50,27 +50,27 @@ class Evolution:
         eliminated = Eliminated.of(problem, linear, constrained=True)  # of the papers' parameters none
         projection = Projection(problem, eliminated, scales)
         per_run = [f for f in problem.per_run if f not in eliminated.per_run]
-        coordinates = Coordinates(problem, problem.shared, per_run, scales, problem.start())
+        variables = ScaledVariables(problem, problem.shared, per_run, scales, problem.start())
 
         def cost(q: FloatArray) -> float:
-            point = projection(coordinates.table(q))
+            point = projection(variables.table(q))
             log.simulated(projection.simulations)
             if point is None:
                 return REFUSED
             log.offer(point.table, math.sqrt(point.cost / point.residual.size))
             return point.cost / point.residual.size
 
-        if not coordinates.axes:
+        if not variables.axes:
             log.begin("linear parameters")
             cost(np.empty(0))
         else:
-            best = coordinates.of(problem.start() if start is None else start.table)
+            best = variables.of(problem.start() if start is None else start.table)
             if start is None:
                 log.begin("differential evolution")
                 rng = np.random.default_rng(self.seed)
                 best = differential_evolution(
                     cost,
-                    _box(problem, coordinates),
+                    _box(problem, variables),
                     rng=rng,
                     init="sobol",
                     maxiter=GENERATIONS,
@@ -78,17 +78,17 @@ class Evolution:
                     polish=False,
                 ).x
             log.begin("simplex")
-            limits = list(zip(coordinates.lo, coordinates.hi, strict=True))
-            options = {"xatol": 1e-6, "fatol": 1e-10, "maxfev": 1000 * len(coordinates.axes), "adaptive": True}
+            limits = list(zip(variables.lo, variables.hi, strict=True))
+            options = {"xatol": 1e-6, "fatol": 1e-10, "maxfev": 1000 * len(variables.axes), "adaptive": True}
             minimize(cost, best, method="Nelder-Mead", bounds=limits, options=options)
         return Solution(problem.start() if log.best is None else log.best, linear)
 
 
-def _box(problem: Problem, coordinates: Coordinates) -> list[tuple[float, float]]:
-    """Searched range of each coordinate: about its start and about what its unit suggests."""
+def _box(problem: Problem, variables: ScaledVariables) -> list[tuple[float, float]]:
+    """Searched range of each variable: about its start and about what its unit suggests."""
     sizes = dimensional_scales(problem)
     box = []
-    for axis, start in zip(coordinates.axes, coordinates.of(coordinates.anchor), strict=True):
+    for axis, start in zip(variables.axes, variables.of(variables.anchor), strict=True):
         physical = axis.q(math.copysign(sizes[axis.field], axis.sign)) if axis.sign else start
         reach = SPREAD if axis.sign else REACH
         box.append((max(axis.lo, min(start, physical) - reach), min(axis.hi, max(start, physical) + reach)))

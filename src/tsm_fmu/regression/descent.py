@@ -1,6 +1,6 @@
 """Bounded nonlinear least squares from one start: the only local optimiser, for identification and diagnosis alike.
 
-The searched coordinates are those of `coordinates`; parameters that are eliminated are solved for at each point
+The searched variables are those of `scaled_variables`; parameters that are eliminated are solved for at each point
 (`projection`). The optimiser is scipy's trust region reflective one. Its matrices are reduced by a QR decomposition
 from samples to parameters, which changes neither norms, slopes nor steps.
 """
@@ -16,9 +16,9 @@ from scipy.linalg import qr
 from scipy.optimize import least_squares
 
 from ..kernels.arrays import FloatArray
-from .coordinates import Coordinates
 from .problem import Problem
 from .projection import Eliminated, Projected, Projection
+from .scaled_variables import ScaledVariables
 from .sensitivity import Perturbation, finite_differences, sensitivity_scales
 from .solver import SearchLog, Solution
 
@@ -35,13 +35,13 @@ class Descent:
     cost_tolerance : float
         It ends when a step changes the sum of squares by less than this part,
     step_tolerance : float
-        when a step changes the coordinates by less than this part,
+        when a step changes the scaled variables by less than this part,
     gradient_tolerance : float
         when the scaled gradient is less than this,
     most_steps : int
         and after so many evaluations.
     difference : float
-        Step of the Jacobian's finite differences, in coordinates.
+        Step of the Jacobian's finite differences, in scaled variables.
     """
 
     cost_tolerance: float = 1e-7
@@ -75,14 +75,14 @@ class Descent:
         per_run = [f for f in problem.per_run if np.isfinite(scales[f])]  # the others would wander
         if not problem.shared and not per_run:
             return table
-        coordinates = Coordinates(problem, problem.shared, per_run, _within_reach(problem, table, scales), table)
-        objective = Objective(problem, coordinates, Projection(problem, Eliminated(), {}), self.difference, log)
-        found = coordinates.table(self.descend(objective, coordinates.of(table)))
+        variables = ScaledVariables(problem, problem.shared, per_run, _within_reach(problem, table, scales), table)
+        objective = Objective(problem, variables, Projection(problem, Eliminated(), {}), self.difference, log)
+        found = variables.table(self.descend(objective, variables.of(table)))
         return found if problem.cost(found) <= problem.cost(table) else table
 
     def descend(self, objective: Objective, q: FloatArray) -> FloatArray:
-        """Coordinates of the local minimum reached from ``q``; ``q`` itself where the model fails there."""
-        if not objective.coordinates.axes or objective.at(q) is None:
+        """Scaled values of the local minimum reached from ``q``; ``q`` itself where the model fails there."""
+        if not objective.variables.axes or objective.at(q) is None:
             return q
         try:
             with np.errstate(over="ignore", invalid="ignore"):  # powers of slopes far from any answer: no step is taken
@@ -90,7 +90,7 @@ class Descent:
                     objective.residual,
                     q,
                     jac=objective.jacobian,  # pyright: ignore[reportArgumentType]
-                    bounds=(objective.coordinates.lo, objective.coordinates.hi),
+                    bounds=(objective.variables.lo, objective.variables.hi),
                     x_scale="jac",
                     ftol=self.cost_tolerance,
                     xtol=self.step_tolerance,
@@ -107,7 +107,7 @@ class Objective:
     Parameters
     ----------
     problem : Problem
-    coordinates : Coordinates
+    variables : ScaledVariables
         What is searched.
     projection : Projection
         What is solved for.
@@ -118,10 +118,10 @@ class Objective:
     """
 
     def __init__(
-        self, problem: Problem, coordinates: Coordinates, projection: Projection, difference: float,
+        self, problem: Problem, variables: ScaledVariables, projection: Projection, difference: float,
         log: SearchLog | None = None,
     ) -> None:  # fmt: skip
-        self.problem, self.coordinates, self.projection = problem, coordinates, projection
+        self.problem, self.variables, self.projection = problem, variables, projection
         self.difference, self.log = difference, log or SearchLog()
         self._last: tuple[bytes, Projected | None] = (b"none", None)  # where it was evaluated last, and what came out
 
@@ -129,7 +129,7 @@ class Objective:
         """The problem at ``q``, the eliminated parameters solved for; None where the model fails."""
         key = q.tobytes()
         if self._last[0] != key:
-            point = self.projection(self.coordinates.table(q))
+            point = self.projection(self.variables.table(q))
             self.log.simulated(self.projection.simulations)
             self._last = key, point
             if point is not None:
@@ -139,10 +139,10 @@ class Objective:
     def values(self, q: FloatArray) -> FloatArray:
         """Values of all parameters at ``q``."""
         point = self.at(q)
-        return self.coordinates.table(q) if point is None else point.table
+        return self.variables.table(q) if point is None else point.table
 
     def residual(self, q: FloatArray) -> FloatArray:
-        """The norm of all residuals in the first of as many rows as there are coordinates, and one more."""
+        """The norm of all residuals in the first of as many rows as there are variables, and one more."""
         few = np.zeros(q.size + 1)
         point = self.at(q)
         if point is None:
@@ -153,11 +153,11 @@ class Objective:
         return few
 
     def jacobian(self, q: FloatArray) -> FloatArray:
-        """Derivatives of `residual`, by one simulation of every run for each group of coordinates."""
+        """Derivatives of `residual`, by one simulation of every run for each group of variables."""
         point = self.at(q)
         if point is None:
             raise ValueError("no derivative where the model fails")
-        moves = [self._moved(q, point, group) for group in self.coordinates.groups]
+        moves = [self._moved(q, point, group) for group in self.variables.groups]
         self.log.simulated(len(moves) * len(self.problem.runs))
         columns = finite_differences(self.problem.residuals, point.residuals, moves, q.size)
         still = self.problem.pooling_residual(point.table)
@@ -165,25 +165,25 @@ class Objective:
         return triangle(np.concatenate([point.residual, still]), columns)
 
     def _step(self, q: FloatArray) -> FloatArray:
-        """Step of each coordinate, away from its upper bound."""
-        return np.where(q + self.difference <= self.coordinates.hi, self.difference, -self.difference)
+        """Step of each variable, away from its upper bound."""
+        return np.where(q + self.difference <= self.variables.hi, self.difference, -self.difference)
 
     def _moved(self, q: FloatArray, point: Projected, group: list[int]) -> Perturbation:
-        """The coordinates of a group moved, what is eliminated held."""
+        """The variables of a group moved, what is eliminated held."""
         steps, moved = self._step(q), q.copy()
         moved[group] += steps[group]
-        table = self.coordinates.table(moved)
+        table = self.variables.table(moved)
         table[:, self.projection.columns] = point.table[:, self.projection.columns]
-        columns = group * len(table) if self.coordinates.axes[group[0]].run is None else group
+        columns = group * len(table) if self.variables.axes[group[0]].run is None else group
         return Perturbation(table, steps[columns], columns)
 
     def _pooling_slopes(self, q: FloatArray, still: FloatArray) -> FloatArray:
         """Derivatives of `Problem.pooling_residual`, in which one run's value acts on the rows of all."""
         found = np.zeros((still.size, q.size))
-        for i in [i for i, axis in enumerate(self.coordinates.axes) if axis.run is not None and still.size]:
+        for i in [i for i, axis in enumerate(self.variables.axes) if axis.run is not None and still.size]:
             moved, step = q.copy(), self._step(q)[i]
             moved[i] += step
-            found[:, i] = (self.problem.pooling_residual(self.coordinates.table(moved)) - still) / step
+            found[:, i] = (self.problem.pooling_residual(self.variables.table(moved)) - still) / step
         return found
 
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kernels.arrays import FloatArray
-from .coordinates import Coordinates
 from .descent import Descent, Objective
 from .linearity import linear_parameters
 from .problem import FitRun, Problem
 from .projection import Eliminated, Projection
+from .scaled_variables import ScaledVariables
 from .seeds import starts
 from .sensitivity import sensitivity_scales
 from .solver import SearchLog, Solution
@@ -87,9 +87,9 @@ def _refined(
     problem: Problem, log: SearchLog, eliminated: Eliminated, scales: Mapping[str, float], table: FloatArray,
     reference: FloatArray,
 ) -> FloatArray:  # fmt: skip
-    """Values at the local minimum reached from a table; `reference` is valid, and the centre of the coordinates."""
+    """Values at the local minimum reached from a table; `reference` is valid, and the centre of the variables."""
     objective = _objective(problem, log, eliminated, scales, reference)
-    return objective.values(DESCENT.descend(objective, objective.coordinates.of(table)))
+    return objective.values(DESCENT.descend(objective, objective.variables.of(table)))
 
 
 def _objective(
@@ -97,8 +97,8 @@ def _objective(
 ) -> Objective:
     shared = [f for f in problem.shared if f not in eliminated.shared]
     per_run = [f for f in problem.per_run if f not in eliminated.per_run]
-    coordinates = Coordinates(problem, shared, per_run, scales, reference)
-    return Objective(problem, coordinates, Projection(problem, eliminated, scales), DESCENT.difference, log)
+    variables = ScaledVariables(problem, shared, per_run, scales, reference)
+    return Objective(problem, variables, Projection(problem, eliminated, scales), DESCENT.difference, log)
 
 
 def _scouted(
@@ -109,10 +109,10 @@ def _scouted(
     few = problem.with_runs(_each_thinned(problem, some.tolist()))
     scout = _Scout(problem, log)
     objective = _objective(few, scout, eliminated, scales, few.start())
-    coordinates, ranked = objective.coordinates, []
-    axes = len(coordinates.axes)
-    for number, q in enumerate(starts(few, coordinates, DRAWS_PER_AXIS * axes, seed)):
-        point = objective.at(q) if number == 0 or coordinates.accepts(q) else None
+    variables, ranked = objective.variables, []
+    axes = len(variables.axes)
+    for number, q in enumerate(starts(few, variables, DRAWS_PER_AXIS * axes, seed)):
+        point = objective.at(q) if number == 0 or variables.accepts(q) else None
         if point is not None:
             ranked.append((point.cost, number, q))
     ranked.sort(key=lambda entry: entry[:2])
@@ -121,11 +121,11 @@ def _scouted(
     for number, (_, _, q) in enumerate(tried, start=1):
         log.rename(f"several starts on few samples, {number} of {len(tried)}")
         table = objective.values(SCOUTING.descend(objective, q))
-        point = objective.at(coordinates.of(table))
+        point = objective.at(variables.of(table))
         if point is not None and (best is None or point.cost < best[0]):
             best = (point.cost, table)
     if best is None:
-        best = (0.0, objective.values(SCOUTING.descend(objective, coordinates.of(coordinates.anchor))))
+        best = (0.0, objective.values(SCOUTING.descend(objective, variables.of(variables.anchor))))
     return scout.of_all_runs(best[1])
 
 

@@ -13,8 +13,8 @@ from scipy.stats import qmc
 
 from ..kernels.arrays import FloatArray
 from ..logs.units import unit_to_si
-from .coordinates import Coordinates
 from .problem import Problem
+from .scaled_variables import ScaledVariables
 
 SPREAD = math.log(30.0)
 """Draws lie within this factor (in the logarithm) of a physical scale or of the preset."""
@@ -48,13 +48,13 @@ def dimensional_scales(problem: Problem) -> dict[str, float]:
     }
 
 
-def starts(problem: Problem, coordinates: Coordinates, count: int, seed: int) -> list[FloatArray]:
-    """Points to try first, in the search's coordinates: the given start, the dimensional scales, then Sobol draws.
+def starts(problem: Problem, variables: ScaledVariables, count: int, seed: int) -> list[FloatArray]:
+    """Points to try first, in the scaled variables: the given start, the dimensional scales, then Sobol draws.
 
     Parameters
     ----------
     problem : Problem
-    coordinates : Coordinates
+    variables : ScaledVariables
     count : int
         How many draws at least; the next power of two is taken.
     seed : int
@@ -64,20 +64,20 @@ def starts(problem: Problem, coordinates: Coordinates, count: int, seed: int) ->
     list of ndarray, shape (axes,)
     """
     scales = dimensional_scales(problem)
-    given = coordinates.of(coordinates.anchor)
+    given = variables.of(variables.anchor)
     physical = given.copy()
-    for i, axis in enumerate(coordinates.axes):
+    for i, axis in enumerate(variables.axes):
         if axis.run is None:
             physical[i] = axis.q(math.copysign(scales[axis.field], axis.sign or axis.centre or 1.0))
-    dimensions = len(coordinates.axes)
+    dimensions = len(variables.axes)
     if dimensions == 0:
         return [given]
-    lo, hi = coordinates.lo + 1e-6, coordinates.hi - 1e-6
+    lo, hi = variables.lo + 1e-6, variables.hi - 1e-6
     draws = 2.0 * qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random_base2(math.ceil(math.log2(count))) - 1.0
     points = [given, np.clip(physical, lo, hi)]
     for n, draw in enumerate(draws):
         around = points[n % 2]
-        reach = np.where([bool(axis.sign) for axis in coordinates.axes], SPREAD, np.maximum(1.0, abs(around)))
+        reach = np.where([bool(axis.sign) for axis in variables.axes], SPREAD, np.maximum(1.0, abs(around)))
         points.append(np.clip(around + reach * draw, lo, hi))
     return points
 

@@ -33,7 +33,7 @@ class Perturbation:
     table : ndarray, shape (runs, parameters)
         Values after the move.
     steps : ndarray, shape (runs,)
-        How far the coordinate that is differentiated by has moved in each run.
+        How far the variable that is differentiated by has moved in each run.
     columns : ndarray of int, shape (runs,)
         Column of the Jacobian for each run: one for a shared parameter, another for each run otherwise.
     """

@@ -21,7 +21,7 @@ Sines = Sequence[tuple[float, float]]
 """Amplitude and frequency [Hz] of up to three sines."""
 
 
-class Motion(NamedTuple):
+class ImposedMotion(NamedTuple):
     """Time [s], position and its derivatives, in the unit of the amplitudes."""
 
     time: FloatArray
@@ -38,16 +38,16 @@ def signal(parts: Sines) -> dict[str, Value]:
     return values
 
 
-def sines(parts: Sines, stop: float, step: float) -> Motion:
+def sines(parts: Sines, stop: float, step: float) -> ImposedMotion:
     """Sum of up to three sines over 0 <= t < stop."""
     reference = kernel("ReferenceSignal")
     time = np.arange(0.0, stop - 0.5 * step, step)
     values = {name: float(value) for name, value in signal(parts).items()}
     y = reference.simulate(reference.params(values=values), time, np.empty((time.size, 0)))
-    return Motion(time, y[:, 0], y[:, 1], y[:, 2])
+    return ImposedMotion(time, y[:, 0], y[:, 1], y[:, 2])
 
 
-def friction(model: str, motion: Motion, preset: str = "published", **values: float) -> FloatArray:
+def friction(model: str, motion: ImposedMotion, preset: str = "published", **values: float) -> FloatArray:
     """Friction force [N] of a single-tendon model under a motion, in the units that the model takes."""
     k = kernel(model)
     columns = {"x": motion.x, "v": motion.v, "a": motion.a}

@@ -13,7 +13,7 @@ from ...kernels.arrays import FloatArray
 from ...kernels.kernel import kernel
 from ...models.laws.friction_branches import pull_level, release_level
 from ...models.single_tsm_lugre import deflection_ratio_after
-from ..motions import Motion, friction
+from ..motions import ImposedMotion, friction
 
 MODEL = "SingleTsmLuGre"
 PRESETS = {"printed": "published", "swapped": "swapped"}
@@ -24,7 +24,7 @@ FLOOR = 0.01
 """Smallest S of the readings that clamp it."""
 
 
-def clamped_mse(motion: Motion, scored: Any) -> dict[str, float]:
+def clamped_mse(motion: ImposedMotion, scored: Any) -> dict[str, float]:
     """Mean square difference from the published LuGre set [N2] if a negative S is set to `FLOOR`, by reading."""
     lugre = friction("LuGreFriction", motion, "mmt2015")
     published = kernel(MODEL).params("published")
@@ -44,7 +44,7 @@ def signed_level(p: Any, v: float, a: float, sgn_a: float) -> float:
     return release_level(v, a, sgn_a, p.rho2, p.mu3, p.kappa4, p.kappa5)
 
 
-def _clamped(p: Any, motion: Motion, every: int = 10) -> FloatArray:
+def _clamped(p: Any, motion: ImposedMotion, every: int = 10) -> FloatArray:
     """Friction where S below `FLOOR` is set to it; steps of ``every`` rows, held in between."""
     zeta, sgn_a = 0.0, 0.0
     force = np.zeros(motion.time.size)
@@ -78,7 +78,7 @@ def blow_up(equation: str, parts: tuple[tuple[float, float], ...], stop: float) 
     return float(run.t[-1])
 
 
-def fitted_lugre(motion: Motion, force: FloatArray, scored: Any) -> tuple[dict[str, float], float]:
+def fitted_lugre(motion: ImposedMotion, force: FloatArray, scored: Any) -> tuple[dict[str, float], float]:
     """LuGre set of least mean square difference from a force, from the published one, and that difference [N2]."""
     names = ("sigma0", "sigma1", "sigma2", "F_c", "F_s", "v_s")
     first = kernel("LuGreFriction").params("mmt2015")

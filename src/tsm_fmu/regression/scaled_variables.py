@@ -1,8 +1,8 @@
-"""From the optimiser's scaled coordinates to parameter values that the model accepts.
+"""From the optimiser's scaled variables to parameter values that the model accepts.
 
 A parameter with an open bound at zero is searched in its logarithm, every other one in units of the change
 that moves the outputs by one standard deviation. A joint condition of the model has no
-coordinates of its own: a point outside is drawn back along the line to a valid anchor, on to the boundary. The
+variable of its own: a point outside is drawn back along the line to a valid anchor, on to the boundary. The
 search then slides along that boundary, and the result names the condition that stopped it.
 """
 
@@ -18,11 +18,11 @@ from ..kernels.arrays import FloatArray
 from .problem import Problem
 
 DECADES = 6.0
-"""A logarithmic coordinate may leave its start by this much; there it counts as on a bound."""
+"""A logarithmic variable may leave its start by this much; there it counts as on a bound."""
 
 
 @dataclass(frozen=True)
-class Coordinate:
+class ScaledVariable:
     """One searched value: a field, the run it belongs to (None: all), and its scale."""
 
     field: str
@@ -38,7 +38,7 @@ class Coordinate:
         return math.log(max(abs(value), 1e-300)) if self.sign else (value - self.centre) / self.scale
 
 
-class Coordinates:
+class ScaledVariables:
     """The searched values of a problem.
 
     Parameters
@@ -73,7 +73,7 @@ class Coordinates:
         self._scale = np.array([axis.scale for axis in self.axes])
 
     def of(self, table: FloatArray) -> FloatArray:
-        """Coordinates of a table, strictly inside the bounds."""
+        """Scaled values of a table, strictly inside the bounds."""
         q = np.array([a.q(table[a.run or 0, a.column]) for a in self.axes])
         margin = np.minimum(1e-6, 0.01 * (self.hi - self.lo))
         return np.clip(q, self.lo + margin, self.hi - margin)
@@ -118,7 +118,7 @@ class Coordinates:
         return self.problem.refused(table if self.problem.per_run else table[:1])
 
 
-def _axis(problem: Problem, field: str, run: int | None, scale: float, table: FloatArray) -> Coordinate:
+def _axis(problem: Problem, field: str, run: int | None, scale: float, table: FloatArray) -> ScaledVariable:
     parameter, quantity = problem.space[field], problem.declared[field].quantity
     column = problem.fields.index(field)
     centre = float(table[run or 0, column])
@@ -129,11 +129,11 @@ def _axis(problem: Problem, field: str, run: int | None, scale: float, table: Fl
     elif quantity.hi == 0.0 and quantity.open_hi:
         sign = -1.0
     if not sign:
-        return Coordinate(
+        return ScaledVariable(
             field, run, column, centre, scale, sign, (parameter.lo - centre) / scale, (parameter.hi - centre) / scale
         )
     near, far = (parameter.lo, parameter.hi) if sign > 0.0 else (-parameter.hi, -parameter.lo)
     middle, reach = math.log(abs(centre)), DECADES * math.log(10.0)
     lo = max(middle - reach, math.log(near) if near > 0.0 else -math.inf)
     hi = min(middle + reach, math.log(far) if math.isfinite(far) else math.inf)
-    return Coordinate(field, run, column, centre, scale, sign, lo, hi)
+    return ScaledVariable(field, run, column, centre, scale, sign, lo, hi)
