@@ -8,6 +8,7 @@ import pytest
 from tsm_fmu.diagnosis.answer.next_motion import menu, playable
 from tsm_fmu.diagnosis.answer.passivity import returned_share, sign_notes
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
+from tsm_fmu.kernels.drives import ANGLE
 from tsm_fmu.regression.problem import FitRun
 
 
@@ -54,7 +55,7 @@ def test_the_sheath_is_bent_within_what_the_runs_had() -> None:
     run = FitRun(
         "a", t, np.column_stack([x, load, bend]), (1.02 * load + 0.1 * np.tanh(np.gradient(x, t) / 0.01))[:, None]
     )
-    menu_ = menu(refit(Task("TendonDrive", [run], ("tau_in",), {}, bend=True), (), {}, steps=1))
+    menu_ = menu(refit(Task("TendonDrive", [run], ("tau_in",), {}, drives=(ANGLE,)), (), {}, steps=1))
     swept = {name: inputs for name, _, inputs in menu_ if "sheath angle swept" in name}
     assert len(swept) == len(menu_) / 3  # all constant, the load swept, the angle swept
     for name, inputs in swept.items():

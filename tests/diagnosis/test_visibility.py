@@ -12,6 +12,7 @@ from tsm_fmu.diagnosis.choice.hypotheses import hypothesis
 from tsm_fmu.diagnosis.choice.visibility import ordinary, unexcited
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.kernels.chain import attach
+from tsm_fmu.kernels.drives import ANGLE
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun
 
@@ -99,7 +100,7 @@ def test_a_straight_sheath_does_not_show_what_its_bending_does(middle: float, sh
         run = drive_run(seed)
         bend = middle * (1.0 + 0.6 * np.sin(0.47 * run.time))
         runs.append(replace(run, inputs=np.column_stack([run.inputs, bend])))
-    base = refit(Task("TendonDrive", runs, ("x_out", "tau_in"), DRIVE, bend=True), (), {})
+    base = refit(Task("TendonDrive", runs, ("x_out", "tau_in"), DRIVE, drives=(ANGLE,)), (), {})
     assert listed(base, ["bend_angle"]) == (() if shown else ("bend_angle",))
 
 

@@ -6,6 +6,7 @@ import pytest
 from tsm_fmu import InputError
 from tsm_fmu.effects import EFFECTS, nonlocal_memory
 from tsm_fmu.kernels.chain import attach, chain
+from tsm_fmu.kernels.drives import ANGLE
 from tsm_fmu.kernels.kernel import Kernel, kernel
 from tsm_fmu.models import MODELS
 from tsm_fmu.models.contract import Condition
@@ -114,11 +115,11 @@ def test_a_measured_sheath_angle_becomes_an_input():
 def test_a_model_can_listen_to_the_sheath_angle_without_using_it(effects):
     rng = np.random.default_rng(31)
     t, inputs = np.arange(90) * 0.0113, np.cumsum(rng.normal(size=(90, 3)), axis=0)
-    plain, listening = chain("TendonDrive", effects), chain("TendonDrive", effects, bend=True)
+    plain, listening = chain("TendonDrive", effects), chain("TendonDrive", effects, (ANGLE,))
     assert [v.name for v in listening.inputs] == ["x_in", "tau_out", "Theta"]
     found = listening.simulate(listening.params(None, {}), t, inputs)
     assert np.array_equal(found, plain.simulate(plain.params(None, {}), t, inputs[:, :2]))
-    assert chain("TendonDrive", ("bend_angle",), bend=True).inputs == chain("TendonDrive", ("bend_angle",)).inputs
+    assert chain("TendonDrive", ("bend_angle",), (ANGLE,)).inputs == chain("TendonDrive", ("bend_angle",)).inputs
 
 
 def test_parameters_that_no_effect_uses_are_not_declared():

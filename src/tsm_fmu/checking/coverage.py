@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.signal import find_peaks, periodogram
 
-from ..effects.coordinates import ANGLE
 from ..kernels.arrays import FloatArray
+from ..kernels.drives import ANGLE
 from ..logs.differentiate import differentiate
 from ..logs.quantisation import quantisation_step
 from ..logs.record import Record
@@ -82,7 +82,7 @@ def position_channels(record: Record) -> list[str]:
 
 def drive_channel(record: Record) -> str | None:
     """The position the rig is driven by: x_in, x, or the first position that moves; not the angle of a sheath."""
-    moving = [name for name in position_channels(record) if name != ANGLE and np.ptp(record.columns[name]) > 0.0]
+    moving = [name for name in position_channels(record) if name != ANGLE.column and np.ptp(record.columns[name]) > 0.0]
     return next((name for name in ("x_in", "x", "theta_in", *moving) if name in moving), None)
 
 

@@ -26,6 +26,10 @@ def diagnose(
     holdout: Holdout = [],  # noqa: B006
     set_: Annotated[list[str], typer.Option("--set", metavar="P=V", help="Parameter value [SI]; repeatable.")] = [],  # noqa: B006
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same result.")] = 0,
+    drive: Annotated[
+        list[str],
+        typer.Option(metavar="COLUMN=ROLE", help="What a column drives: load, bend, position, none; repeatable."),
+    ] = [],  # noqa: B006
     start: Start = None,
     stop: Stop = None,
     maps: Map = [],  # noqa: B006
@@ -47,6 +51,7 @@ def diagnose(
             values=number_settings(settings(set_)),
             cutoff=cutoff,
             seed=seed,
+            drive=settings(drive, "--drive"),
             out=out,
             progress=progress,
         )

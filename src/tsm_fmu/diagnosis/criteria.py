@@ -45,6 +45,15 @@ REST_SPEED_SHARE = 0.02
 PRESLIDING_STROKE_SHARE = (3e-4, 0.02, 0.1)
 """Shortest, usual and longest presliding distance that effects see, as parts of the longest stroke."""
 
+EFFECT_OF_CHANNEL_SHARE = 0.5
+"""A load whose variance is by more than this part a multiple of a compared force is a measurement of it, no cause."""
+
+COPY_SHARE = 0.98
+"""A load of which more is a multiple of another one says nothing new."""
+
+POSITION_SHARE = 0.9
+"""A column is the position that belongs to a speed if more of its moves is a multiple of the way of that speed."""
+
 # Nuisance parameters
 
 NUISANCE_SPREAD_SHARE = 0.015

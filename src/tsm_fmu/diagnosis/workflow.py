@@ -9,7 +9,6 @@ import numpy as np
 
 from ..card import RecordUsed
 from ..effects import EFFECTS, id_of
-from ..effects.coordinates import ANGLE
 from ..kernels.kernel import Kernel
 from ..logs.record import Record
 from ..regression.problem import FitRun
@@ -31,6 +30,7 @@ from .fits.placing import not_applicable
 from .fits.refit import Fitted, Task
 from .result import Diagnosis
 from .runs.beginning import beginning_note
+from .runs.drivers import drives_of
 from .runs.gate import gate
 from .runs.motion_signals import coordinate_units
 from .runs.prepared import PreparedRuns, prepared
@@ -70,7 +70,8 @@ class Investigation:
 def diagnose(
     model: Kernel, measured: Sequence[Record], *, values: Mapping[str, float] | None = None, preset: str | None = None,
     fixed: Sequence[str] = (), reference: Sequence[Record] = (), holdout: Sequence[Record] = (),
-    cutoff: float | None = None, seed: int = 0, progress: Progress = lambda _: None,
+    cutoff: float | None = None, seed: int = 0, drive: Mapping[str, str] | None = None,
+    progress: Progress = lambda _: None,
 ) -> Diagnosis:  # fmt: skip
     """Find where model and measurement disagree, and which effect is missing.
 
@@ -90,6 +91,8 @@ def diagnose(
         Of the differentiator [Hz], where v and a are derived.
     seed : int
         Of the noise that residuals are compared with.
+    drive : mapping of str to str, optional
+        What a column of the runs may be for effects, instead of what its unit says: load, bend, position or none.
     progress : callable
         Given, before each step, what is being done.
 
@@ -102,7 +105,7 @@ def diagnose(
     InputError
         Runs that do not fit the model, values from which it cannot run, a held-out run that is too short.
     """
-    runs = prepared(model, measured, reference, holdout, cutoff)
+    runs = prepared(model, measured, reference, holdout, cutoff, drive)
     progress("gate")
     checked = gate(measured, runs.model, runs.channels)
     roles = {"measured": measured, "held out": holdout, "reference": reference}
@@ -123,7 +126,7 @@ def task_of(runs: PreparedRuns, values: Mapping[str, float], preset: str | None,
         runs.model.name, thinned_for_search(runs.model, runs.measured), runs.channels,
         {"motion.x_pre": PRESLIDING_STROKE_SHARE[1] * stroke, **values}, preset, tuple(fixed),
         limits={"motion.x_pre": (PRESLIDING_STROKE_SHARE[0] * stroke, PRESLIDING_STROKE_SHARE[2] * stroke)},
-        bend=ANGLE in [v.name for v in runs.model.inputs],
+        drives=drives_of(runs.model),
     )  # fmt: skip
 
 

@@ -1,7 +1,8 @@
 """The effects, one file each, and look-ups of what their files say.
 
 `EFFECTS` is the registry: chains, diagnosis, command line and tests iterate over it, and nothing outside this folder
-names an effect. One is given as ``id``, or as ``id@channel`` with its place: a *spec*.
+names an effect. One is given as ``id``, or as ``id@channel`` with its place, either with ``~column[unit]`` behind it
+where a column of the log drives it: a *spec*.
 """
 
 from __future__ import annotations
@@ -50,8 +51,20 @@ EFFECTS: tuple[ModuleType, ...] = tuple(
 
 
 def id_of(spec: str) -> str:
-    """Id of an effect given as ``id`` or ``id@channel``."""
-    return spec.partition("@")[0]
+    """Id of an effect given by its spec."""
+    return place_of(spec)[0]
+
+
+def place_of(spec: str) -> tuple[str, str]:
+    """Id and channel of a spec, the channel empty on friction."""
+    name, _, channel = spec.partition("~")[0].partition("@")
+    return name, channel
+
+
+def prefix_of(spec: str) -> str:
+    """What stands before the public names of an effect's parameters in a chain."""
+    name, channel = place_of(spec)
+    return f"{channel}.{name}." if channel else f"{name}."
 
 
 def effect_of(spec: str) -> ModuleType:
@@ -65,9 +78,11 @@ def about(spec: str) -> Effect:
 
 
 def words(spec: str) -> str:
-    """Name of an effect in a sentence; ``id@channel`` says the channel."""
-    channel = spec.partition("@")[2]
-    return f"{about(spec).words} in {channel}" if channel else about(spec).words
+    """Name of an effect in a sentence, with its channel and what drives it where the spec says so."""
+    channel, columns = place_of(spec)[1], spec.partition("~")[2]
+    place = f" in {channel}" if channel else ""
+    driven = " and ".join(item.partition("[")[0].rpartition("=")[2] for item in columns.split(",") if item)
+    return about(spec).words + place + (f", driven by {driven}" if driven else "")
 
 
 FAMILIES: dict[Family, str] = {

@@ -95,6 +95,8 @@ class Effect(NamedTuple):
         Among the outputs it makes sense on a position only.
     searched : tuple of str
         Places where a diagnosis looks for it, if not at the friction and the outputs among `places`.
+    optional : tuple of str
+        Signals that it may be without: it takes them as 1 where neither the model nor a column has them.
     turns : float
         Turns of a drum that the motion must make for it to show: below, it is any smooth function of the position.
     fitted_as : str
@@ -110,6 +112,7 @@ class Effect(NamedTuple):
     role: Role = "effect"
     motion_only: bool = False
     searched: tuple[Place, ...] | None = None
+    optional: tuple[str, ...] = ()
     turns: float = 0.0
     fitted_as: str = ""
 

@@ -1,9 +1,11 @@
-"""Friction that changes with the sheath's bending angle, measured as the input Theta.
+"""Friction that changes with the sheath's bending angle, measured as an input of the chain, Theta where no other
+column is named.
 
 ::
 
     F <- F + mu Theta |load| z                                                          (1)
 
+Where neither the model nor a column of the log has the load, it is taken as constant, 1: F + mu Theta z.
 Limits: mu = 0 or a straight sheath changes nothing; a constant Theta is `load_dependence` with k = mu Theta.
 The linear form of exp(mu Theta). Source: capstan law; AME 2020 Eqs (14)-(16); effects.md 1, `bend_angle`.
 """
@@ -20,11 +22,12 @@ ABOUT = Effect(
     shown_by="the same motion at several sheath angles, Theta recorded",
     places=("friction",),
     family="load",
+    optional=("load",),
 )
 
 
 class Params(NamedTuple):
-    mu: Annotated[float, Quantity("{F}/({load}.rad)", "friction coefficient, Eq (1)", lo=0.0), Size()] = 0.0
+    mu: Annotated[float, Quantity("{F}/({load}.{bend})", "friction coefficient, Eq (1)", lo=0.0), Size()] = 0.0
 
 
 NEUTRAL = Params()
@@ -38,7 +41,7 @@ class Inputs(NamedTuple):
     y: Annotated[float, Quantity("{F}", "what this effect changes, before it")]
     z: Annotated[float, Quantity("1", "presliding state")]
     load: Annotated[float, Quantity("{load}", "load on the drive")]
-    bend: Annotated[float, Quantity("rad", "sheath angle")]
+    bend: Annotated[float, Quantity("{bend}", "sheath angle")]
 
 
 class Outputs(NamedTuple):

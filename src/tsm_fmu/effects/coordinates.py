@@ -48,16 +48,6 @@ class Inputs(NamedTuple):
 PRESETS = {}
 
 
-class Bend(NamedTuple):
-    """Input that a chain gains with an effect of the sheath's angle."""
-
-    Theta: Annotated[float, Quantity("rad", "total bending angle of the sheath", lo=0.0, display="deg")]
-
-
-ANGLE = Bend._fields[0]
-"""Name of that input, and of the column of a log that holds it."""
-
-
 def motion_from_position(m: Motion, x: float, x_pre: float, tau_v: float, tau_a: float, dt: float) -> Motion:
     """Coordinates after the input reached ``x``."""
     v = filtered_slope(m.v, m.x, x, dt, tau_v)

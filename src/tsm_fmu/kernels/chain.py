@@ -19,17 +19,18 @@ from types import ModuleType
 from typing import Any
 
 from .. import models
-from ..effects import EFFECTS
+from ..effects import EFFECTS, place_of
 from ..effects.coordinates import Motion
 from ..models.contract import InputError
 from . import compiled_cache
 from .arrays import FloatArray
 from .chain_source import Attached, Writer
+from .drives import Drive, read_drives
 from .kernel import Kernel, kernel
 
 
 @cache
-def chain(model: str, effects: tuple[str, ...], bend: bool = False) -> Kernel:
+def chain(model: str, effects: tuple[str, ...], drives: tuple[Drive, ...] = ()) -> Kernel:
     """Kernel of ``model`` with ``effects`` in the order given; with its defaults it equals the model bit for bit.
 
     Parameters
@@ -37,10 +38,10 @@ def chain(model: str, effects: tuple[str, ...], bend: bool = False) -> Kernel:
     model : str
         FMU name of the model.
     effects : tuple of str
-        Each ``id`` or ``id@channel``; without a channel the effect goes to its first place: the friction, or the
-        model's first output or input.
-    bend : bool
-        Have the input Theta also where no effect uses it, so that the same runs fit with and without one that does.
+        Each ``id``, ``id@channel`` or either with ``~column[unit]`` (drives.py); without a channel the effect goes to
+        its first place: the friction, or the model's first output or input.
+    drives : tuple of Drive
+        Columns that are inputs also where no effect uses them, so that the same runs fit with and without.
 
     Raises
     ------
@@ -48,12 +49,12 @@ def chain(model: str, effects: tuple[str, ...], bend: bool = False) -> Kernel:
         Unknown effect or channel, an effect where it makes no sense, or one given twice.
     """
     base = kernel(model)
-    if not effects and not bend:
+    if not effects and not drives:
         return base
     attached = [attach(base, text) for text in effects]
-    if len({a.spec for a in attached}) < len(attached):
+    if len({a.prefix for a in attached}) < len(attached):
         raise InputError(f"effects {', '.join(effects)} of {model} -- expected each effect once a place -- drop one")
-    source = Writer(base, attached, bend).text()
+    source = Writer(base, attached, drives).text()
     name = f"chain_{hashlib.sha256(source.encode()).hexdigest()[:12]}"
     module = compiled_cache.module(models, name, source) or _module(name, source)
     module.__dict__["SOURCE_TEXT"] = source
@@ -96,15 +97,21 @@ def _module(name: str, source: str) -> ModuleType:
 
 
 def attach(base: Kernel, text: str) -> Attached:
-    """Read ``id`` or ``id@channel`` and check that the effect can be there."""
-    name, _, channel = text.partition("@")
+    """Read ``id``, ``id@channel``, with ``~column[unit]`` behind it, and check that the effect can be there."""
+    (name, channel), drives = place_of(text), text.partition("~")[2]
     found = {module.NAME: module for module in EFFECTS}
     if name not in found:
         raise InputError(f"effect {name!r} -- expected one of {', '.join(found)} -- see 'tsm-fmu list'")
     module = found[name]
-    if "load" in module.Inputs._fields and not base.roles.load:
+    driven = read_drives(drives, module)
+    for drive in driven:
+        if drive.column in [v.name for v in (*base.outputs, *base.parameters)]:
+            raise InputError(f"effect {text!r} on {base.name} -- {drive.column} is its own -- name another column")
+    needed = "load" in module.Inputs._fields and "load" not in module.ABOUT.optional
+    if needed and not base.roles.load and not any(d.signal == "load" for d in driven):
         raise InputError(
-            f"effect {name!r} on {base.name} -- it needs a load, which {base.name} has not -- use TendonDrive"
+            f"effect {name!r} on {base.name} -- it needs a load, which {base.name} has not -- name the "
+            f"column of the log that is one: {name}~T_in[N]"
         )
     if not base.motion and set(Motion._fields) & set(module.Inputs._fields):
         raise InputError(
@@ -116,10 +123,10 @@ def attach(base: Kernel, text: str) -> Attached:
     allowed += outputs if "output" in module.ABOUT.places else []
     allowed += inputs if "input" in module.ABOUT.places else []
     if not channel and allowed:
-        return Attached(module, allowed[0])
+        return Attached(module, allowed[0], driven)
     if channel not in allowed:
         if not allowed:
             raise InputError(f"effect {text!r} on {base.name} -- it has no place there -- choose another")
         places = ", ".join(a or "the friction" for a in allowed)
         raise InputError(f"effect {text!r} on {base.name} -- it can act on {places} -- choose one of these")
-    return Attached(module, channel)
+    return Attached(module, channel, driven)

@@ -7,6 +7,7 @@ from types import ModuleType
 from typing import Any
 
 from ..effects.coordinates import Motion, MotionParams
+from .drives import MEANINGS, Drive, text_of
 from .kernel import Kernel
 
 
@@ -16,11 +17,18 @@ class Attached:
 
     module: ModuleType
     channel: str
+    drives: tuple[Drive, ...] = ()
 
     @property
     def spec(self) -> str:
-        """The way users write it: ``id`` on friction, ``id@channel`` elsewhere."""
-        return f"{self.module.NAME}@{self.channel}" if self.channel else self.module.NAME
+        """The way users write it: ``id`` on friction, ``id@channel`` elsewhere, with the columns that drive it."""
+        place = f"{self.module.NAME}@{self.channel}" if self.channel else self.module.NAME
+        columns = text_of(self.drives, self.module)
+        return f"{place}~{columns}" if columns else place
+
+    def drive(self, signal: str) -> Drive | None:
+        """The column that is a signal of the effect; None where it is the model's own."""
+        return next((d for d in self.drives if d.signal == signal), None)
 
     @property
     def prefix(self) -> str:
@@ -31,7 +39,7 @@ class Attached:
 class Writer:
     """Writes the module; each method is one passage of it."""
 
-    def __init__(self, base: Kernel, attached: list[Attached], bend: bool = False) -> None:
+    def __init__(self, base: Kernel, attached: list[Attached], drives: tuple[Drive, ...] = ()) -> None:
         self.base = base
         self.module = base.module
         self.attached = attached
@@ -45,7 +53,9 @@ class Writer:
         self.drive = self.roles.drive
         self.needs = {f for a in attached for f in a.module.Inputs._fields}
         self.moves = bool(self.needs & set(Motion._fields))
-        self.bend = bend or "bend" in self.needs
+        every = dict.fromkeys((*drives, *(d for a in attached for d in a.drives)))
+        self.drives = tuple({d.column: d for d in every if d.column not in self.inputs}.values())
+        self.listens = drives
 
     def text(self) -> str:
         return "\n".join(
@@ -56,6 +66,7 @@ class Writer:
                 "",
                 f'NAME = "{self.base.name}"',
                 f"EFFECTS = {tuple(a.spec for a in self.attached)!r}",
+                f"DRIVES = {tuple(tuple(d) for d in self.listens)!r}",
                 *(["ROLES = model_ROLES._replace(depends={})"] if hasattr(self.module, "ROLES") else []),
                 *self._classes(),
                 *self._conditions(),
@@ -72,7 +83,7 @@ class Writer:
     # -- declarations
 
     def _added(self) -> list[str]:
-        return [a.spec for a in self.attached] or ["an input Theta"]
+        return [a.spec for a in self.attached] or [f"the input {d.column}" for d in self.drives]
 
     def _imports(self) -> list[str]:
         names = ["Params", "State", "Inputs", "Outputs", "start", "step"]
@@ -85,9 +96,11 @@ class Writer:
             file = a.module.__name__.rsplit(".", 1)[-1]
             optional = ["CONDITIONS"] if hasattr(a.module, "CONDITIONS") else []
             lines += [f"from ..effects.{file} import {n} as e{number}_{n}" for n in [*names, "NEUTRAL", *optional]]
-        lines += ["from ..effects.coordinates import Bend, Motion, MotionParams"]
+        lines += ["from ..effects.coordinates import Motion, MotionParams"]
         lines += ["from ..effects.coordinates import motion_from_position, motion_from_speed"]
         lines += ["from .laws.velocity_filter import filtered_slope"]
+        if self.drives:
+            lines += ["from typing import Annotated, NamedTuple", "from .contract import Quantity"]
         return [*lines, "from .joined import Part, joined"]
 
     def _port(self, role: str, *ways: str) -> list[tuple[Any, str]]:
@@ -97,9 +110,11 @@ class Writer:
 
     def _units(self, a: Attached) -> dict[str, str]:
         force = _unit(self.base, self.roles.friction.like if self.roles.friction else "")
-        load = _unit(self.base, self.load)
         own = _unit(self.base, a.channel) if a.channel else force
-        return {"F": force, "load": load, "x": self._motion_unit(), "y": own}
+        driven = {d.signal: d.unit for d in a.drives}
+        load = driven.get("load") or _unit(self.base, self.load) or "1"
+        position = driven.get("x") or self._motion_unit()
+        return {"F": force, "load": load, "x": position, "y": own, "bend": driven.get("bend", "rad")}
 
     def _motion_unit(self) -> str:
         return _unit(self.base, self.position) or _unit(self.base, "v").removesuffix("/s")
@@ -107,8 +122,12 @@ class Writer:
     def _classes(self) -> list[str]:
         left_out = tuple(f for f in MotionParams._fields if not self._own_motion_parameter(f))
         motion_units = {"x": self._motion_unit()}
-        inputs = 'joined(__name__, "Inputs", Part("", model_Inputs, None, {}), Part("", Bend, None, {}))'
-        lines = ["", f"Inputs = {inputs if self.bend else 'model_Inputs'}", "Outputs = model_Outputs"]
+        inputs = 'joined(__name__, "Inputs", Part("", model_Inputs, None, {}), Part("", Driven, None, {}))'
+        lines = [
+            *self._driven_class(),
+            f"Inputs = {inputs if self.drives else 'model_Inputs'}",
+            "Outputs = model_Outputs",
+        ]
         lines += ["Params = joined(", "    __name__,", '    "Params",']
         lines += ['    Part("", model_Params, model_Params(), {}),']
         if self.moves:
@@ -122,6 +141,17 @@ class Writer:
             lines += [f'    Part("motion__", Motion, None, {motion_units!r}),']
         lines += [f'    Part("{a.prefix}", e{n}_State, None, {self._units(a)!r}),' for n, a in enumerate(self.attached)]
         return [*lines, ")"]
+
+    def _driven_class(self) -> list[str]:
+        """The inputs that the columns are."""
+        if not self.drives:
+            return [""]
+        lines = ["", "", "class Driven(NamedTuple):"]
+        for d in self.drives:
+            display = ', display="deg"' if d.unit == "rad" else ""
+            quantity = f'Quantity("{d.unit}", "measured {d.column}: {MEANINGS[d.role]}"{display})'
+            lines.append(f"    {d.column}: Annotated[float, {quantity}]")
+        return [*lines, "", ""]
 
     def _conditions(self) -> list[str]:
         """Those of the model, whose parameters keep their names here, and of the effects, each on its own part."""
@@ -155,9 +185,12 @@ class Writer:
         return f"p.{field}" if field in self.module.Params._fields else "1.0"  # 1.0: no effect asks for it
 
     def _call(self, kind: str, number: int, a: Attached, y: str, load: str) -> str:
-        signals = {"y": y, "x": "m.x", "v": "m.v", "a": "m.a", "s": "m.s", "z": "m.z", "load": load, "bend": "u.Theta"}
+        signals = {"y": y, "x": "m.x", "v": "m.v", "a": "m.a", "s": "m.s", "z": "m.z", "load": load}
+        if not self.load:
+            signals["load"] = "1.0"  # an effect that may be without takes it as one
         signals["x_pre"] = self._motion_parameter("x_pre")
         signals["drive"] = f"{'u' if self.drive in self.inputs else 'o'}.{self.drive}" if self.drive else "0.0"
+        signals |= {d.signal: f"u.{d.column}" for d in a.drives}
         inputs = ", ".join(signals[f] for f in a.module.Inputs._fields)
         parameters = self._effect_params(number, a)
         made = f"e{number}_Inputs({inputs})"

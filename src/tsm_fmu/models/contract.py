@@ -72,15 +72,15 @@ __all__ = [
 
 SIGNALS = {
     "y": "what the effect changes, before it; always the first",
-    "x": "position of the drive, the travel where only its speed is measured",
+    "x": "position of the drive, or a column of the log; the travel where the model has its speed only",
     "v": "speed of the drive",
     "a": "acceleration of the drive",
     "s": "direction of the last motion: -1, 1, or 0 before any",
     "z": "presliding state between -1 and 1",
     "x_pre": "presliding distance, after which z has turned",
-    "load": "the model's load, `Roles.load`",
+    "load": "the model's load, `Roles.load`, or a column of the log",
     "drive": "load or tension at the drive side, `Roles.drive`; 0 in a model without",
-    "bend": "total bending angle of the sheath; the chain gains an input Theta for it",
+    "bend": "total bending angle of the sheath, a column of the log: the chain gains an input for it",
 }
 """What an effect may take as fields of its ``Inputs``, by name; x to z are those of effects/coordinates.py."""
 

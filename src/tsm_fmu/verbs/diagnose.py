@@ -25,6 +25,7 @@ def diagnose(
     values: Mapping[str, float] | None = None,
     cutoff: float | None = None,
     seed: int = 0,
+    drive: Mapping[str, str] | None = None,
     out: str | os.PathLike[str] | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Diagnosis:
@@ -44,6 +45,10 @@ def diagnose(
         Cut-off [Hz] where v and a are derived from x.
     seed : int
         Same seed, same result.
+    drive : mapping of str to str, optional
+        What a column of the runs beyond the model's variables may be for effects: ``load`` (tensions, forces, motor
+        currents), ``bend`` (a sheath's angle), ``position`` (of a model driven by its speed) or ``none``. Without it
+        its unit says so.
     out : str or Path, optional
         Folder for ``diagnosis.json``, the model of the answer as card and FMU, and the report; nothing is written
         without it.
@@ -70,7 +75,7 @@ def diagnose(
     records = [*measured, *references, *held_out]
     found = find(
         chosen.kernel, measured, values=start, preset=chosen.preset or None, fixed=chosen.fixed,
-        reference=references, holdout=held_out, cutoff=cutoff, seed=seed, progress=progress,
+        reference=references, holdout=held_out, cutoff=cutoff, seed=seed, drive=drive, progress=progress,
     )  # fmt: skip
     unused = cutoff_note(cutoff, records, [v.name for v in chosen.kernel.inputs])
     found = replace(found, notes=(*found.notes, *(note.rstrip(".") for note in unused)))

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ...effects import id_of, prefix_of
 from ...regression.problem import FitRun
 from ..choice.floors import Floors
 from ..choice.hypotheses import Hypothesis
@@ -86,7 +87,7 @@ def candidates_of(
             Candidate(
                 spec, DECIBEL * (log_residual(compared) - log_residual(one)), closures[0],
                 closures[1] if closures[1:] else None, values, _units(one.fitted, spec, values), channels,
-                _misfit(measured, one.fitted), spec.partition("@")[0] not in hidden,
+                _misfit(measured, one.fitted), id_of(spec) not in hidden,
             )
         )  # fmt: skip
     return tuple(sorted(found, key=lambda c: -c.score))
@@ -99,8 +100,7 @@ def _range(before: float, after: float, least: float, floor: float) -> tuple[flo
 
 
 def _units(fitted: Fitted, spec: str, values: Mapping[str, float]) -> dict[str, str]:
-    name, _, channel = spec.partition("@")
-    prefix = f"{channel}.{name}." if channel else f"{name}."
+    prefix = prefix_of(spec)
     units = {v.name: v.quantity.unit for v in fitted.problem.kernel.parameters}
     return {n: units[prefix + n] for n in values}
 

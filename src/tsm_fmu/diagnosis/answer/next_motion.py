@@ -8,7 +8,6 @@ from itertools import combinations
 import numpy as np
 from scipy.signal import chirp, sawtooth
 
-from ...effects.coordinates import ANGLE
 from ...kernels.arrays import FloatArray
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
@@ -72,13 +71,18 @@ def menu(fitted: Fitted) -> list[tuple[str, FloatArray, FloatArray]]:
     model = kernel(problem.kernel.name)
     motion, load = model.motion, model.roles.load
     names = [v.name for v in problem.kernel.inputs]
-    beside = {word: names.index(n) for word, n in (("load", load), ("sheath angle", ANGLE)) if n in names}
+    drives = fitted.task.drives
+    said = [("load", load), *((d.column, d.column) for d in drives if d.role == "load")]
+    said += [("sheath angle", d.column) for d in drives if d.role == "bend"]
+    beside = {word: names.index(n) for word, n in said if n in names}
+    places_as = [motion, *(d.column for d in drives if d.role == "position")]
     found = []
     for name, shape in shapes.items():
         for swept in ("", *beside):
             inputs = np.tile(np.mean([r.inputs.mean(axis=0) for r in problem.runs], axis=0), (t.size, 1))
             position = playable(centre + half * np.clip(shape, -1.0, 1.0), t, fastest)
-            _put(inputs, names, motion, position, t)
+            for channel in places_as:
+                _put(inputs, names, channel, position, t)
             if swept:
                 column = beside[swept]
                 values = np.concatenate([r.inputs[:, column] for r in problem.runs])

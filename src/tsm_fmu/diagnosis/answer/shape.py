@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ...kernels.kernel import kernel
 from ..evidence import Place, ResidualShape
 from ..fits.refit import Fitted
 from ..fits.response import places_of
@@ -23,7 +22,7 @@ def located(fitted: Fitted, seed: int, *, formulas: bool) -> tuple[tuple[Place, 
         Whether formulas are looked for: only where something is missing.
     """
     channels, places = fitted.problem.channels, places_of(fitted)
-    motion_unit, load_unit = coordinate_units(kernel(fitted.model))
+    motion_unit, load_unit = coordinate_units(fitted.problem.kernel)
     where = locate(fitted.residuals, places, channels, motion_unit, load_unit, seed)
     units = {v.name: v.quantity.unit for v in fitted.problem.kernel.outputs}
     found = shapes(

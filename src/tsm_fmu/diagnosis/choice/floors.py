@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kernels.arrays import BoolArray, FloatArray
-from ...kernels.kernel import kernel
 from ...regression.residuals import noise_floor
 from ..criteria import (
     EFFECT_SPREAD_SHARE,
@@ -121,7 +120,7 @@ def open_channels(
 
 
 def _predictable(fitted: Fitted) -> FloatArray:
-    return predictable_share(fitted.residuals, places_of(fitted), *coordinate_units(kernel(fitted.model)))
+    return predictable_share(fitted.residuals, places_of(fitted), *coordinate_units(fitted.problem.kernel))
 
 
 def _mostly_explained(one: Hypothesis, base: Fitted, reference_fit: Fitted | None) -> BoolArray:

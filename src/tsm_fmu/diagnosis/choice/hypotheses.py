@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ...effects import prefix_of
 from ...kernels.arrays import FloatArray
 from ...models.contract import InputError
 from ...regression.held_out import SETTLING
@@ -129,9 +130,7 @@ class Hypothesis:
 
     def parameters_of(self, spec: str) -> list[str]:
         """Public names of an effect's own parameters."""
-        name, _, channel = spec.partition("@")
-        prefix = f"{channel}.{name}." if channel else f"{name}."
-        return [n for n in self.fitted.values if n.startswith(prefix)]
+        return [n for n in self.fitted.values if n.startswith(prefix_of(spec))]
 
 
 def shortlist(screened: Sequence[Screened], most: int = REFITTED_CANDIDATES) -> list[Screened]:

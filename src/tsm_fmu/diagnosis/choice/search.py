@@ -17,6 +17,7 @@ from ..fits.placing import possible
 from ..fits.refit import Fitted
 from ..fits.response import places_of
 from ..fits.screening import Screened, screen
+from ..runs.drivers import drives_of
 from .baselines import Baselines
 from .floors import open_channels
 from .hypotheses import Hypothesis, interleaved, probe, refit_candidates, refit_rivals
@@ -127,9 +128,8 @@ def candidate_places(model: Kernel, fitted: Fitted, travel: float = np.inf) -> l
         Longest stroke of the runs, in the unit of the motion.
     """
     there = tuple(getattr(model.module, "EFFECTS", ()))
-    inputs = [v.name for v in model.inputs]
     return [
-        c for c in possible(model.name, fitted.problem.channels, there, inputs, travel)
+        c for c in possible(model.name, fitted.problem.channels, there, drives_of(model), travel)
         if c.spec not in fitted.effects or (sizes_as(c.module, "zero") and c.spec not in fitted.released)
     ]  # fmt: skip
 

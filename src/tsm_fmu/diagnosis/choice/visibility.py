@@ -14,7 +14,6 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import chirp
 
-from ...effects.coordinates import ANGLE
 from ...kernels.arrays import FloatArray
 from ...kernels.chain_source import Attached
 from ...kernels.kernel import kernel
@@ -170,12 +169,19 @@ def _inputs(fitted: Fitted, t: FloatArray, shape: FloatArray, travel: float) -> 
             inputs[:, names.index(name)] = values
     if "a" in names:
         inputs[:, names.index("a")] = np.gradient(v, t)
-    if load in names:
-        column = names.index(load)
+    loads = [load] if load in names else []
+    for drive in fitted.task.drives:
+        if drive.role == "bend":
+            inputs[:, names.index(drive.column)] *= 1.0 + 0.5 * np.sin(2.0 * np.pi * 0.071 * t)
+        elif drive.role == "position":
+            middle = float(every[:, names.index(drive.column)].mean())
+            inputs[:, names.index(drive.column)] = middle + np.cumsum(v) * STEP
+        else:
+            loads.append(drive.column)
+    for number, name in enumerate(loads):
+        column = names.index(name)
         size = max(0.5 * float(np.ptp(every[:, column])), 0.5 * float(np.abs(every[:, column]).max()))
-        inputs[:, column] = inputs[:, column] + size * np.sin(2.0 * np.pi * 0.17 * t)
-    if ANGLE in names:
-        inputs[:, names.index(ANGLE)] *= 1.0 + 0.5 * np.sin(2.0 * np.pi * 0.071 * t)
+        inputs[:, column] += size * np.sin(2.0 * np.pi * (0.17 + 0.023 * number) * t)
     return inputs
 
 

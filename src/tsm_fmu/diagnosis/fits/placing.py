@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
 from types import ModuleType
 
 import numpy as np
 
 from ...effects import EFFECTS, id_of
-from ...effects.coordinates import ANGLE, Motion
+from ...effects.coordinates import Motion
 from ...kernels.chain import attach
 from ...kernels.chain_source import Attached
+from ...kernels.drives import ROLES, Drive, text_of
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError
 from ..runs.beginning import friction_channels
+from ..runs.drivers import drives_of
 
 MOTION_UNITS = ("rad", "m")
 
 
 def possible(
-    model: str, channels: Sequence[str], attached: Sequence[str], inputs: Sequence[str], travel: float = np.inf
+    model: str, channels: Sequence[str], attached: Sequence[str], drives: Sequence[Drive] = (), travel: float = np.inf
 ) -> list[Attached]:
     """Every effect at every place of the model where it can be seen in the channels.
 
@@ -30,33 +34,51 @@ def possible(
         Measured ones.
     attached : sequence of str
         Effects that are there already.
-    inputs : sequence of str
+    drives : sequence of Drive
+        Columns that may drive effects.
     travel : float
         Longest stroke of the runs, in the unit of the motion: some effects show over a turn of the drum only.
     """
     base, found = kernel(model), []
     for module in EFFECTS:
-        if module.ABOUT.role != "read" and not _lacks(base, module, inputs) and travel >= least_stroke(module):
-            found += [one for one in places_of_effect(base, module, channels) if one.spec not in attached]
+        if module.ABOUT.role != "read" and not _lacks(base, module, drives) and travel >= least_stroke(module):
+            places = places_of_effect(base, module, channels, drives)
+            found += [one for one in places if one.spec not in attached]
     return found
 
 
-def places_of_effect(base: Kernel, module: ModuleType, channels: Sequence[str]) -> list[Attached]:
-    """An effect at each place of a model where a diagnosis looks for it, its friction first."""
+def places_of_effect(
+    base: Kernel, module: ModuleType, channels: Sequence[str], drives: Sequence[Drive] = ()
+) -> list[Attached]:
+    """An effect at each place of a model where a diagnosis looks for it, its friction first; with what may drive it."""
     about = module.ABOUT
     units = {v.name: v.quantity.unit for v in base.outputs}
     specs = [module.NAME] if "friction" in about.looked_for and friction_channels(base) & set(channels) else []
     if "output" in about.looked_for:
         specs += [f"{module.NAME}@{c}" for c in channels if units[c] in MOTION_UNITS or not about.motion_only]
     found = []
-    for spec in specs:
+    for spec, columns in product(specs, _columns(base, module, drives)):
         try:
-            one = attach(base, spec)
+            one = attach(base, f"{spec}~{columns}" if columns else spec)
         except InputError:
             continue
-        if one.spec == spec:  # without friction an id stands for the first output
+        if replace(one, drives=()).spec == spec:  # without friction an id stands for the first output
             found.append(one)
     return found
+
+
+def _columns(base: Kernel, module: ModuleType, drives: Sequence[Drive]) -> list[str]:
+    """What may drive an effect, as text: the model's own signals, and each combination of columns for the others."""
+    asked, choices = module.Inputs._fields, list[list[Drive | None]]()
+    for role, signal in ROLES.items():
+        if signal not in asked:
+            continue
+        there = [d for d in drives if d.role == role]
+        own = {"load": bool(base.roles.load) or "load" in module.ABOUT.optional, "bend": False}.get(
+            role, base.motion != "v" or not there
+        )
+        choices.append([*([None] if own else []), *there])
+    return [text_of([d for d in one if d], module) for one in product(*choices)]
 
 
 def not_applicable(model: Kernel, channels: Sequence[str]) -> dict[str, str]:
@@ -70,13 +92,13 @@ def not_applicable(model: Kernel, channels: Sequence[str]) -> dict[str, str]:
         Measured ones.
     """
     there = tuple(getattr(model.module, "EFFECTS", ()))
-    base, inputs, found = kernel(model.name), [v.name for v in model.inputs], {}
+    base, drives, found = kernel(model.name), drives_of(model), {}
     for module in EFFECTS:
         if module.NAME in map(id_of, there):
             found[module.NAME] = "it is in the model as given"
-        elif missing := _lacks(base, module, inputs):
+        elif missing := _lacks(base, module, drives):
             found[module.NAME] = f"it needs {missing}, which these runs of {base.name} have not"
-        elif module.ABOUT.role != "read" and not places_of_effect(base, module, channels):
+        elif module.ABOUT.role != "read" and not places_of_effect(base, module, channels, drives):
             acts = "friction" if "friction" in module.ABOUT.looked_for else "a position"
             found[module.NAME] = f"it acts on {acts}, which is in none of {', '.join(channels)}"
     return found
@@ -87,13 +109,13 @@ def least_stroke(module: ModuleType) -> float:
     return 2.0 * np.pi * module.ABOUT.turns
 
 
-def _lacks(base: Kernel, module: ModuleType, inputs: Sequence[str]) -> str:
+def _lacks(base: Kernel, module: ModuleType, drives: Sequence[Drive]) -> str:
     """What an effect takes that a model and its runs do not have; empty where they have all."""
-    asked = set(module.Inputs._fields)
-    if "load" in asked and not base.roles.load:
+    asked, given = set(module.Inputs._fields) - set(module.ABOUT.optional), {d.signal for d in drives}
+    if "load" in asked and not base.roles.load and "load" not in given:
         return "a load or a tension"
-    if "bend" in asked and ANGLE not in inputs:
-        return f"the sheath's angle ({ANGLE})"
+    if "bend" in asked and "bend" not in given:
+        return "the sheath's angle"
     if asked & set(Motion._fields) and not base.motion:
         return "a motion"
     return ""

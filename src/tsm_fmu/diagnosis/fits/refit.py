@@ -10,6 +10,7 @@ import numpy as np
 
 from ...kernels.arrays import FloatArray
 from ...kernels.chain import attach, chain
+from ...kernels.drives import Drive
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError, flat
 from ...regression.descent import Descent
@@ -163,8 +164,8 @@ class Task:
         What the refitted baseline leaves [RMS]; zero until it is known.
     reference_removal : mapping of str to ndarray, shape (channels,)
         What a nuisance effect removes on reference runs [RMS], by spec.
-    bend : bool
-        The runs hold the sheath's angle Theta behind the inputs of the model.
+    drives : tuple of Drive
+        Columns that the runs hold behind the inputs of the model.
     """
 
     model: str
@@ -179,11 +180,11 @@ class Task:
     discrepancy: FloatArray = field(default_factory=lambda: np.zeros(1))
     gap: FloatArray = field(default_factory=lambda: np.zeros(1))
     reference_removal: Mapping[str, FloatArray] = field(default_factory=dict)
-    bend: bool = False
+    drives: tuple[Drive, ...] = ()
 
     def kernel(self, effects: Sequence[str]) -> Kernel:
         """The model with effects, with the inputs of the runs."""
-        return chain(self.model, tuple(effects), self.bend)
+        return chain(self.model, tuple(effects), self.drives)
 
     def limited(self, limits: Mapping[str, tuple[float, float]]) -> Task:
         """The same with more narrow bounds."""

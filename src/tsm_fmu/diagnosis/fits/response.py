@@ -12,7 +12,6 @@ from scipy.stats import qmc
 
 from ...effects import shapes_of, sizes_of
 from ...effects.about import Scale, Shape
-from ...effects.coordinates import ANGLE
 from ...kernels.arrays import FloatArray
 from ...kernels.chain import model_part
 from ...kernels.chain_source import Attached
@@ -20,7 +19,7 @@ from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError
 from ...regression.sensitivity import output_jacobian
 from ..criteria import SHAPE_RANGE_RATIO
-from ..runs.motion_signals import Coordinates, coordinates_of
+from ..runs.motion_signals import Coordinates, coordinates_of, load_channel
 from .refit import Fitted
 
 SHAPES = 7
@@ -32,7 +31,7 @@ EVENLY: tuple[Scale, ...] = ("position", "angle")
 def places_of(fitted: Fitted) -> list[Coordinates]:
     """Coordinates of each run of a fit, the load measured or as the model estimates it."""
     model, problem = fitted.problem.kernel, fitted.problem
-    load = model.roles.load
+    load = load_channel(model)
     inputs, outputs = [v.name for v in model.inputs], [v.name for v in model.outputs]
     found = []
     for k, run in enumerate(problem.runs):
@@ -138,7 +137,7 @@ class Responses:
         channel = [v.name for v in self.kernel.outputs].index(attached.channel) if attached.channel else None
         port = self.base.roles.friction if channel is None else None
         before = port.read(own.parameters, own.inputs, own.outputs) if port else full[:, channel]
-        columns = [before if v.name == "y" else self._signal(signals, k, v.name) for v in effect.inputs]
+        columns = [before if v.name == "y" else self._signal(attached, signals, k, v.name) for v in effect.inputs]
         try:
             after = effect.simulate(p, run.time, np.column_stack(columns))[:, 0]
         except InputError:
@@ -151,10 +150,13 @@ class Responses:
             change[:, channel] = after - before
         return change
 
-    def _signal(self, signals: Coordinates, k: int, name: str) -> FloatArray:
+    def _signal(self, attached: Attached, signals: Coordinates, k: int, name: str) -> FloatArray:
         run, inputs = self.problem.runs[k], [v.name for v in self.kernel.inputs]
-        if name == "bend":
-            return run.inputs[:, inputs.index(ANGLE)]
+        column = attached.drive(name)
+        if column is not None:
+            return run.inputs[:, inputs.index(column.column)]
+        if name == "load" and not self.base.roles.load:
+            return np.ones(run.time.size)  # as an effect takes one that it may be without
         if name == "drive":
             drive = self.base.roles.drive
             if drive in inputs:

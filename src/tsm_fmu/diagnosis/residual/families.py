@@ -105,8 +105,8 @@ class _Sizes:
         self.length = max(float(np.ptp(c.time)) for c in places) or 1.0
         self.travel = max(float(np.sum(np.abs(np.diff(c.x)))) for c in places) or 1.0
         self.pace = self.span / self.v
-        loads = [c.load for c in places if c.load is not None]
-        self.load = float(np.max(np.abs(np.concatenate(loads)))) or 1.0 if len(loads) == len(places) else 0.0
+        loads = np.concatenate([_loads(c) for c in places])
+        self.loads = np.maximum(np.max(np.abs(loads), axis=0), 1e-300)
         y = np.concatenate(outputs)
         self.y_mean, self.y = float(y.mean()), float(y.std()) or 1.0
 
@@ -136,10 +136,17 @@ def _acceleration(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
     ]  # fmt: skip
 
 
+def _loads(c: Coordinates) -> FloatArray:
+    """Every load, tension and angle beside the motion, each once, shape (n, k)."""
+    own = [] if c.load is None or any((c.load == y).all() for y in c.driven.T) else [c.load]
+    return np.column_stack([*own, *c.driven.T]) if own or c.driven.size else np.empty((c.x.size, 0))
+
+
 def _load(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
-    if not r.load or c.load is None:
-        return []
-    load = c.load / r.load
+    return [f for load in (_loads(c) / r.loads).T for f in _load_laws(r, c, load)]
+
+
+def _load_laws(r: _Sizes, c: Coordinates, load: FloatArray) -> list[FloatArray]:
     size, with_motion = np.abs(load), (load * c.v > 0.0).astype(float)
     levels = [size, load, load**2, np.sqrt(size), *(np.maximum(0.0, size - q) for q in (0.25, 0.5, 0.75))]
     with_side = [size * with_motion, size * np.tanh(10.0 * load * c.v / r.v)]

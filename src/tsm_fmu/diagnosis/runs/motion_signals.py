@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from ...kernels.arrays import FloatArray
 from ...kernels.kernel import Kernel
 from ...regression.problem import FitRun
 from ..criteria import REST_SPEED_SHARE
+from .drivers import drives_of
 
 MOTION = Kernel(coordinates)
 
@@ -31,6 +32,8 @@ class Coordinates:
         Length of the last stand-still [s], from its end on.
     load : ndarray or None
     time : ndarray
+    driven : ndarray, shape (n, k)
+        Further loads, tensions and angles that the runs hold.
     """
 
     x: FloatArray
@@ -43,10 +46,11 @@ class Coordinates:
     dwell: FloatArray
     load: FloatArray | None
     time: FloatArray
+    driven: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
 
     def part(self, rows: slice) -> Coordinates:
         """The same at some of the samples."""
-        return replace(self, **{name: y[rows] for name, y in vars(self).items() if y is not None})
+        return replace(self, **{name: y[rows] for name, y in vars(self).items() if y is not None and y.size})
 
 
 def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: float | None = None) -> Coordinates:
@@ -78,12 +82,13 @@ def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: 
     last = np.searchsorted(turned, np.arange(x.size), side="right") - 1
     since = np.where(last >= 0, np.abs(x - x[turned[np.maximum(last, 0)]]) if turned.size else span, span)
     full = Coordinates(x, v, a, s, z, np.full(x.size, x_pre), since, _last_hold(v, time), None, time)
-    return replace(full.part(slice(run.lead_time.size, None)), load=load)
+    beside = [names.index(d.column) for d in drives_of(kernel) if d.role != "position"]
+    return replace(full.part(slice(run.lead_time.size, None)), load=load, driven=run.inputs[:, beside])
 
 
 def position_of(kernel: Kernel, time: FloatArray, inputs: FloatArray) -> FloatArray:
-    """Position of the input motion, the travel where the input is a speed; zero for a model without motion."""
-    channel = kernel.motion
+    """Position of the input motion, the travel where only its speed is measured; zero for a model without motion."""
+    channel = next((d.column for d in drives_of(kernel) if d.role == "position"), kernel.motion)
     if not channel:
         return np.zeros(time.size)
     motion = inputs[:, [v.name for v in kernel.inputs].index(channel)]
@@ -94,7 +99,12 @@ def coordinate_units(kernel: Kernel) -> tuple[str, str]:
     """SI units of the motion and of the load of a model, ``1`` where it has none."""
     units = {v.name: v.quantity.unit for v in (*kernel.inputs, *kernel.outputs)}
     motion = units.get(kernel.motion, "1").removesuffix("/s")
-    return motion, units.get(kernel.roles.load, "1")
+    return motion, units.get(load_channel(kernel), "1")
+
+
+def load_channel(kernel: Kernel) -> str:
+    """The model's load, or the first column that is one for a model without; empty without any."""
+    return kernel.roles.load or next((d.column for d in drives_of(kernel) if d.role == "load"), "")
 
 
 def _settled_direction(x: FloatArray, dead: float) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +12,8 @@ from ...logs.record import Record
 from ...regression.problem import FitRun
 from ...regression.specification import fit_run, measured_channels
 from .beginning import compared_after_start
+from .drivers import with_drives
 from .motion_signals import coordinates_of
-from .sheath_angle import with_sheath_angle
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class PreparedRuns:
     Attributes
     ----------
     model : Kernel
-        With an input for the sheath's angle where every run has it.
+        With an input for each column that may drive an effect.
     channels : tuple of str
         Measured outputs.
     measured, reference, holdout : tuple of FitRun
@@ -51,7 +51,7 @@ class PreparedRuns:
 
 def prepared(
     model: Kernel, measured: Sequence[Record], reference: Sequence[Record], holdout: Sequence[Record],
-    cutoff: float | None,
+    cutoff: float | None, drive: Mapping[str, str] | None = None,
 ) -> PreparedRuns:  # fmt: skip
     """Runs of a model from records.
 
@@ -61,8 +61,8 @@ def prepared(
         Runs that do not fit the model.
     """
     records = [*measured, *reference, *holdout]
-    model, notes = with_sheath_angle(model, records)
     channels = measured_channels(model, records)
+    model, notes = with_drives(model, records, channels, drive)
 
     def compared_runs(group: Sequence[Record]) -> tuple[FitRun, ...]:
         return tuple(
