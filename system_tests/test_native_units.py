@@ -205,6 +205,36 @@ def test_directional_derivatives_are_the_slope_of_the_last_step(native, name, fm
             np.testing.assert_allclose(exact, slope, rtol=1e-5, atol=1e-6 * scale)
 
 
+@pytest.mark.parametrize("array", ["L", "R"])
+def test_derivatives_along_arrays_of_fmi_3(native, array):
+    k = kernel("LebusTransmission")
+    p, u = k.params(), k.module.Inputs(theta_in=2.0, tau_load=0.3)
+    seed = [0.7, -1.3, 0.21, 0.4, -0.33, 0.9, 0.15, -0.6]
+    outputs = [v.name for v in k.outputs if v.kind is float]
+
+    def moved(size: float) -> np.ndarray:
+        changed = tuple(a + size * b for a, b in zip(getattr(p, array), seed, strict=True))
+        o = k.module.start(p._replace(**{array: changed}), u)[1]
+        return np.array([getattr(o, name) for name in outputs])
+
+    slope = (moved(1e-5) - moved(-1e-5)) / 2e-5
+    with opened(native(k.name, 3)) as unit:
+        unit.set(theta_in=2.0, tau_load=0.3)
+        unit.slave.enterInitializationMode()
+        found = unit.derivative(outputs, [array], seed)
+        np.testing.assert_allclose(found, slope, rtol=1e-6, atol=1e-8)
+        assert np.abs(found).max() > 1.0
+        both = unit.derivative(outputs, [array, "mu"], [*seed, 0.37])
+        alone = unit.derivative(outputs, ["mu"], [0.37])
+        np.testing.assert_allclose(both, np.add(found, alone), rtol=1e-12)
+        for knowns, numbers in (([array], seed[:2]), ([array, "mu"], seed)):
+            with pytest.raises(FMICallException):
+                unit.derivative(outputs, knowns, numbers)
+            assert "expected one for each element of each variable" in unit.log[-1]
+        with pytest.raises(FMICallException):  # an element has no value reference of its own
+            unit.slave.getDirectionalDerivative([unit.references["T_a"]], [unit.references[array] + 1], seed[:1])
+
+
 @VERSIONS
 def test_an_unknown_derivative_is_refused(native, fmi):
     with opened(native("PairedTsmBacklash", fmi)) as unit:

@@ -14,14 +14,37 @@ from .types import Type
 
 @dataclass(frozen=True)
 class Law:
-    """A function in C, for one set of argument types."""
+    """A function in C, for one set of argument types.
+
+    Attributes
+    ----------
+    c_name : str
+    source : Source
+    arguments : dict of str to Type
+    pointers : frozenset of str
+        Arguments that come by their address: structs that the function does not assign to.
+    returns : Type, optional
+    fails : bool
+        Whether it gets the pointer to a fault.
+    lines : list of str
+        Its body.
+    """
 
     c_name: str
     source: Source
     arguments: dict[str, Type]
+    pointers: frozenset[str]
     returns: Type | None
     fails: bool
     lines: list[str]
+
+    def called(self, *given: str) -> str:
+        """A call with the names of variables, or ``*p`` for what a pointer points to."""
+        texts = [
+            (text.removeprefix("*") if text.startswith("*") else f"&{text}") if name in self.pointers else text
+            for name, text in zip(self.arguments, given, strict=True)
+        ]
+        return f"{self.c_name}({', '.join([*texts, *(['fault'] if self.fails else [])])})"
 
 
 class Asked(Protocol):

@@ -19,7 +19,7 @@ from .interface_source import interface_files
 from .model_source import model_files
 from .zig import binaries
 
-LAYER = ("checked.c", "checked.h", "dual.h", "interface.h", "slave.c", "slave.h")
+LAYER = ("checked.c", "checked.h", "dual.h", "interface.h", "slave.c", "slave.h", "states.c", "step.c")
 """C files that are the same in every FMU, beside those of the FMI version."""
 HEADERS = {
     2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
@@ -27,6 +27,16 @@ HEADERS = {
 }
 """Of the FMI standard, as FMPy brings them, with their licence in them."""
 MAIN = "all.c"
+
+_SMALL = (
+    "#if defined(__clang__)",
+    "#pragma clang attribute push(__attribute__((minsize)), apply_to = function)",
+    "#elif defined(__GNUC__)",
+    '#pragma GCC optimize("Os")',
+    "#endif",
+)
+_END = ("#if defined(__clang__)", "#pragma clang attribute pop", "#endif")
+"""What is no part of a step is compiled small rather than fast; bits stay the same."""
 
 LOG_CATEGORIES = {
     "logStatusWarning": "what a user should know; only with loggingOn",
@@ -105,11 +115,15 @@ def sources_of(kernel: Kernel, fmu: Any, fmi: int) -> dict[str, str]:
     files = {file: layer.joinpath(file).read_text(encoding="utf-8") for file in (*LAYER, f"fmi{fmi}.c")}
     files |= {file: standard.joinpath(file).read_text(encoding="utf-8") for file in HEADERS[fmi]}
     files |= model_files(kernel) | interface_files(kernel.module, fmu, fmi)
-    included = [file for file in files if file.endswith(".c")]
+    fast = (f"{kernel.name}.c", "interface.c", "step.c")
+    small = sorted(file for file in files if file.endswith(".c") and file not in fast)
     # the GUID tells apart what compilers keep under the file's name
-    files[MAIN] = f"/* {fmu.name} ({GUID_MARK}) in one piece: compile this file alone. */\n" + "".join(
-        f'#include "{file}"\n' for file in sorted(included)
-    )
+    fast_files = [f'#include "{file}"' for file in fast]
+    lines = [f"/* {fmu.name} ({GUID_MARK}) in one piece: compile this file alone. */"]
+    lines += ["#ifdef SMALL", *_SMALL, *fast_files, *_END, "#else", *fast_files, "#endif", ""]
+    lines += ["/* No part of a step: small rather than fast, with the same bits. */", *_SMALL]
+    lines += [*(f'#include "{file}"' for file in small), *_END, ""]
+    files[MAIN] = "\n".join(lines)
     return files
 
 

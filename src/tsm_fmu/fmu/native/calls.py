@@ -77,7 +77,8 @@ class Expressions(Operators):
         law = self.unit.law(function, [a.type for a in arguments], self.arithmetic, self.source, node)
         if law.c_name in self.locals:
             self.source.refuse(node, f"a variable called {law.c_name!r} beside a function of that name")
-        return call(law.c_name, law.returns or NOTHING, *arguments, fault=law.fails)
+        passed = [self.address(a) if n in law.pointers else a for n, a in zip(law.arguments, arguments, strict=True)]
+        return call(law.c_name, law.returns or NOTHING, *passed, fault=law.fails)
 
     def _math(self, name: str, arguments: list[Value], node: ast.AST) -> Value:
         numbers = [self.as_type(a, FLOAT, node) for a in arguments]

@@ -59,9 +59,9 @@ class Conditions:
         given = "*p"
         if condition.part is not None:
             part = self._law(condition.part, Record(self.unit.module.Params))
-            yield f"{deeper}{self.unit.type_name(own, self.unit.arithmetic)} own = {_called(part, '*p')};"
+            yield f"{deeper}{self.unit.type_name(own, self.unit.arithmetic)} own = {part.called('*p')};"
             given = "own"
-        yield f"{deeper}double margin = {_called(margin, given)};"
+        yield f"{deeper}double margin = {margin.called(given)};"
         bound = "margin >= 0.0" if condition.closed else "margin > 0.0"
         format_, values = self._sentence(number, "own." if given == "own" else "p->", given)
         arguments = "".join(f", {value}" for value in values)
@@ -88,7 +88,7 @@ class Conditions:
             if name == "margin":
                 value, kind = "margin", None
             elif name in self._numbers[number]:
-                value, kind = _called(self._numbers[number][name], given), self._numbers[number][name].returns
+                value, kind = self._numbers[number][name].called(given), self._numbers[number][name].returns
             else:
                 place, kind = fields[name]
                 value = f"{owner}{place}"
@@ -110,7 +110,3 @@ def _fields(record: Record) -> Iterator[tuple[str, tuple[str, Type]]]:
             yield from ((f"{name}_{n + 1}", (f"{c_variable(field)}.item[{n}]", kind.item)) for n in range(kind.size))
         else:
             yield name, (c_variable(field), kind)
-
-
-def _called(law: Law, given: str) -> str:
-    return f"{law.c_name}({given}{', fault' if law.fails else ''})"

@@ -68,7 +68,7 @@ def _row(entry: Entry, place: str, count: int, fmi: int) -> Iterable[str]:
     choice = bool(quantity.choices) and fmi == 3  # FMI 2.0 reads and sets a choice as an Integer
     yield "REAL" if variable.kind is float else "ENUMERATION" if choice else "INTEGER"
     yield f"offsetof(Values, {place})"
-    yield str(count)
+    yield str(count if fmi == 3 else 1)
     yield from (_bound(quantity.lo), _bound(quantity.hi))
     yield from (str(bound).lower() for bound in (quantity.open_lo, quantity.open_hi))
 

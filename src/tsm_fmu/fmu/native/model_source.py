@@ -8,9 +8,10 @@ from functools import cache
 from typing import Any
 
 from ...kernels.kernel import Kernel
+from .asked import Law
 from .conditions import CHECK, WARNINGS, Conditions
 from .text import INDENT, wrapped
-from .types import FLOAT, INT, Array, Record, c_variable
+from .types import FLOAT, INT, Array, Record, Type, c_variable
 from .unit import MAIN, Unit, units
 
 _WRITTEN = "Written by tsm-fmu from its Python text: same names, same operations in the same order."
@@ -77,18 +78,17 @@ def _equations(kernel: Kernel, unit: Unit) -> Iterable[str]:
     yield from (f" * {line}".rstrip() for line in [*text[1:], "", _WRITTEN])
     yield from (" */", '#include "model.h"', "")
     yield from (*unit.declarations(), *unit.functions(), "", "")
-    yield from _entry(unit, START, unit.start.c_name, unit.start.fails, ["*p", "*u"], "s")
+    yield from _entry(unit, START, unit.start, ["*p", "*u"], "s")
     yield ""
-    yield from _entry(unit, STEP, unit.step.c_name, unit.step.fails, ["*p", "*s", "*u", "dt"], "after")
+    yield from _entry(unit, STEP, unit.step, ["*p", "*s", "*u", "dt"], "after")
     yield from ("", *conditions.functions())
 
 
-def _entry(unit: Unit, prototype: str, function: str, fails: bool, arguments: list[str], state: str) -> Iterable[str]:
+def _entry(unit: Unit, prototype: str, law: Law, arguments: list[str], state: str) -> Iterable[str]:
     result = unit.type_name(unit.start.returns or FLOAT, unit.arithmetic)
-    given = ", ".join([*arguments, *(["fault"] if fails else [])])
     yield from (*wrapped(prototype), "{")
-    yield f"{INDENT}{result} both = {function}({given});"
-    if not fails:
+    yield f"{INDENT}const {result} both = {law.called(*arguments)};"
+    if not law.fails:
         yield f"{INDENT}(void)fault;"
     yield from (f"{INDENT}*{state} = both.item0;", f"{INDENT}*y = both.item1;", "}")
 
@@ -103,18 +103,21 @@ def _derivatives(kernel: Kernel, unit: Unit) -> Iterable[str]:
     for name in (MAIN[1], MAIN[3]):
         yield from (*_derivative_of(unit, Record(getattr(unit.module, name)), name), "")
     result = unit.type_name(unit.start.returns or FLOAT, unit.arithmetic)
-    p, u = "with_Params(p, dp)", "with_Inputs(u, du)"
-    for law, prototype, arguments, state in (
-        (unit.start, START_DERIVATIVE, [p, u], "ds"),
-        (unit.step, STEP_DERIVATIVE, [p, "with_State(s, ds)", u, "dual(dt)"], "dafter"),
+    made = {"Params": "p", "State": "s", "Inputs": "u"}
+    for law, prototype, needed, state in (
+        (unit.start, START_DERIVATIVE, ("Params", "Inputs"), "ds"),
+        (unit.step, STEP_DERIVATIVE, ("Params", "State", "Inputs"), "dafter"),
     ):
-        given = ", ".join([*arguments, *(["fault"] if law.fails else [])])
         yield from (*wrapped(prototype), "{")
-        yield from wrapped(f"{INDENT}{result} both = {law.c_name}({given});")
+        for name in needed:
+            value = made[name]
+            yield f"{INDENT}const {name}{unit.arithmetic.suffix} {value}_dual = with_{name}({value}, d{value});"
+        given = [*(f"{made[name]}_dual" for name in needed), *(["dual(dt)"] if law is unit.step else [])]
+        yield from wrapped(f"{INDENT}const {result} both = {law.called(*given)};")
         if not law.fails:
             yield f"{INDENT}(void)fault;"
-        yield f"{INDENT}*{state} = derivative_of_State(both.item0);"
-        yield from (f"{INDENT}*dy = derivative_of_Outputs(both.item1);", "}", "")
+        yield f"{INDENT}*{state} = derivative_of_State(&both.item0);"
+        yield from (f"{INDENT}*dy = derivative_of_Outputs(&both.item1);", "}", "")
 
 
 def _joined(unit: Unit, record: Record, name: str) -> Iterable[str]:
@@ -125,39 +128,34 @@ def _joined(unit: Unit, record: Record, name: str) -> Iterable[str]:
     if not record.fields:
         yield f"{INDENT}(void)value, (void)change;"
         yield f"{INDENT}made.none = 0;"
-    for place in _places(record):
-        if place.endswith("@int"):
-            yield f"{INDENT}made.{place[:-4]} = value->{place[:-4]};"
-        else:
-            yield f"{INDENT}made.{place} = dual_of(value->{place}, change->{place});"
-    if record.fields and all(place.endswith("@int") for place in _places(record)):
+    for place, kind, loop in _places(record):
+        item = f"dual_of(value->{place}, change->{place})" if kind == FLOAT else f"value->{place}"
+        yield f"{INDENT}{loop}made.{place} = {item};"
+    if record.fields and all(kind == INT for _, kind, _ in _places(record)):
         yield f"{INDENT}(void)change;"
     yield from (f"{INDENT}return made;", "}")
 
 
 def _derivative_of(unit: Unit, record: Record, name: str) -> Iterable[str]:
     made = unit.type_name(record, unit.arithmetic)
-    yield f"static {name} derivative_of_{name}({made} value)"
+    yield f"static {name} derivative_of_{name}(const {made} *value)"
     yield from ("{", f"{INDENT}{name} made;")
-    places = list(_places(record))
-    if all(place.endswith("@int") for place in places):
+    places = list(_places(record)) or [("none", INT, "")]
+    if all(kind == INT for _, kind, _ in places):
         yield f"{INDENT}(void)value;"
-    for place in places or ["none@int"]:
-        if place.endswith("@int"):
-            yield f"{INDENT}made.{place[:-4]} = 0;"
-        else:
-            yield f"{INDENT}made.{place} = value.{place}.d;"
+    for place, kind, loop in places:
+        yield f"{INDENT}{loop}made.{place} = {f'value->{place}.d' if kind == FLOAT else '0'};"
     yield from (f"{INDENT}return made;", "}")
 
 
-def _places(record: Record) -> Iterable[str]:
-    """How C reaches each number of a struct; an integer is marked."""
+def _places(record: Record) -> Iterable[tuple[str, Type, str]]:
+    """How C reaches each number of a struct, its type, and the loop over those of an array."""
     for field, kind in record.fields.items():
         name = c_variable(field)
         if isinstance(kind, Array):
-            yield from (f"{name}.item[{n}]" for n in range(kind.size))
+            yield f"{name}.item[k]", kind.item, f"for (int k = 0; k < {kind.size}; k++) "
         else:
-            yield name if kind == FLOAT else f"{name}@int"
+            yield name, kind, ""
 
 
 def _is_scalar(kind: Any) -> bool:

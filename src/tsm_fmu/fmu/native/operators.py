@@ -35,6 +35,7 @@ from .types import (
     Type,
     c_variable,
     items_of,
+    member,
     members,
     of_items,
 )
@@ -47,7 +48,7 @@ _COMPARISONS: dict[type[ast.cmpop], tuple[str, int]] = {
     ast.Eq: ("==", EQUAL), ast.NotEq: ("!=", EQUAL),
 }  # fmt: skip
 NUMBERS = (FLOAT, WHOLE, INT)
-_PLACE = re.compile(r"[\w.\[\]]+")
+_PLACE = re.compile(r"\(\*\w+\)|\w+(->|[\w.\[\]])*")
 """What may be written out several times: a variable or a part of one."""
 
 
@@ -58,6 +59,8 @@ class Operators:
     ----------
     locals : dict of str to Type
         Variables by their name in C.
+    pointers : frozenset of str
+        Those that are pointers to const.
     prelude : list of str
         C lines that must come before the statement that is being written.
     """
@@ -67,6 +70,7 @@ class Operators:
         self.source = source
         self.arithmetic = arithmetic
         self.locals: dict[str, Type] = {}
+        self.pointers: frozenset[str] = frozenset()
         self.prelude: list[str] = []
         self._lazily = 0
         self._temporaries = 0
@@ -117,6 +121,16 @@ class Operators:
             self.prelude.append(CHECK)
         return Value(name, value.type)
 
+    def address(self, value: Value) -> Value:
+        """Address of a struct; one that has none is put into an array of one."""
+        if value.text.startswith("(*"):
+            text = value.text[2:-1]
+        elif _PLACE.fullmatch(value.text):
+            text = f"&{value.text}"
+        else:
+            text = f"({self.unit.type_name(value.type, self.arithmetic)}[1]){{{value.text}}}"
+        return Value(text, value.type, UNARY, value.fails)
+
     def items(self, value: Value, node: ast.AST) -> Sequence[Value]:
         """What a tuple or named tuple holds."""
         if value.elements is not None:
@@ -125,7 +139,7 @@ class Operators:
         if kinds is None:
             self.source.refuse(node, "a number where a tuple is expected")
         held = value if _PLACE.fullmatch(value.text) else self.hoisted(value, node)
-        return [Value(held.text + member, kind) for member, kind in zip(members(value.type), kinds, strict=True)]
+        return [Value(member(held.text, part), kind) for part, kind in zip(members(value.type), kinds, strict=True)]
 
     # -- literals and names
 
@@ -141,7 +155,7 @@ class Operators:
     def _name(self, node: ast.Name) -> Value:
         name = c_variable(node.id)
         if name in self.locals:
-            return Value(name, self.locals[name])
+            return Value(f"(*{name})" if name in self.pointers else name, self.locals[name])
         known = self.source.known
         if node.id in known and isinstance(known[node.id], float | int):
             return self._global(node.id, known[node.id])
@@ -166,7 +180,7 @@ class Operators:
         if not isinstance(owner.type, Record) or node.attr not in owner.type.fields:
             self.source.refuse(node, f"the attribute {node.attr!r} of a {kind_name(owner.type)}")
         kind = owner.type.fields[node.attr]
-        return Value(f"{inside(owner, PRIMARY)}.{c_variable(node.attr)}", kind, PRIMARY, owner.fails)
+        return Value(member(inside(owner, PRIMARY), f".{c_variable(node.attr)}"), kind, PRIMARY, owner.fails)
 
     # -- tuples
 
@@ -210,7 +224,7 @@ class Operators:
             if owner.elements is not None:
                 self.source.refuse(node, "an index into a tuple whose items may fail")
             kind = kinds[index]
-            return Value(f"{inside(owner, PRIMARY)}{members(owner.type)[index]}", kind, PRIMARY, owner.fails)
+            return Value(member(inside(owner, PRIMARY), members(owner.type)[index]), kind, PRIMARY, owner.fails)
         return self._at(owner, self.as_type(self.value(node.slice), INT, node), kinds, node)
 
     def _at(self, owner: Value, index: Value, kinds: list[Type], node: ast.AST) -> Value:
@@ -221,7 +235,7 @@ class Operators:
             owner = self._elements(self.items(owner, node))
         owner = self.as_type(owner, Array(kinds[0], len(kinds)), node)
         place = call("checked_index", INT, index, Value(str(len(kinds)), INT), fault=True)
-        return Value(f"{inside(owner, PRIMARY)}.item[{place.text}]", kinds[0], PRIMARY, True)
+        return Value(member(inside(owner, PRIMARY), f".item[{place.text}]"), kinds[0], PRIMARY, True)
 
     def _whole(self, node: ast.expr | None) -> int | None:
         return None if node is None else self._literal_index(node)

@@ -23,6 +23,8 @@ class Statements:
     ----------
     lines : list of str
         The body in C, in the braces of the function.
+    pointers : frozenset of str
+        Arguments that come by their address.
     returns : Type or None
         Type of the result; None for a function that returns nothing.
     fails : bool
@@ -35,6 +37,8 @@ class Statements:
         self.arithmetic = arithmetic
         self.expressions = Expressions(unit, source, arithmetic)
         self.expressions.locals.update(arguments)
+        self.pointers = frozenset(arguments) & _structs(arguments) - _assigned(source.tree)
+        self.expressions.pointers = self.pointers
         self.lines: list[str] = []
         self.returns: Type | None = None
         self.fails = False
@@ -349,6 +353,16 @@ class Statements:
         self._put(f"for (int {name}_at = 0; {name}_at < {len(items)}; {name}_at++) {{", node)
         self._put(f"{INDENT}const {spelled} {name} = {name}_each[{name}_at];")
         return kind
+
+
+def _structs(arguments: dict[str, Type]) -> frozenset[str]:
+    return frozenset(name for name, kind in arguments.items() if not isinstance(kind, Scalar))
+
+
+def _assigned(tree: ast.FunctionDef) -> frozenset[str]:
+    return frozenset(
+        c_variable(n.id) for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+    )
 
 
 def _loaded(target: ast.expr) -> ast.expr:

@@ -113,6 +113,11 @@ def c_variable(name: str) -> str:
     return f"{name}_" if name in C_WORDS else name
 
 
+def member(owner: str, name: str) -> str:
+    """Text of a part of a struct; ``(*p).x`` is written ``p->x``."""
+    return f"{owner[2:-1]}->{name[1:]}" if owner.startswith("(*") else owner + name
+
+
 def members(kind: Type) -> list[str]:
     """How C reaches each item of a tuple or named tuple."""
     if isinstance(kind, Record):

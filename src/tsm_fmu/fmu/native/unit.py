@@ -73,7 +73,7 @@ class Unit:
         body = Statements(self, text, arithmetic, arguments)
         for kind in (*kinds, *([body.returns] if body.returns else [])):
             self.type_name(kind, arithmetic)
-        law = Law(c_name, text, arguments, body.returns, body.fails, body.lines)
+        law = Law(c_name, text, arguments, body.pointers, body.returns, body.fails, body.lines)
         self._known[key] = law
         self.laws.append(law)
         return law
@@ -170,7 +170,8 @@ class Unit:
 
     def prototype(self, law: Law) -> str:
         """How C declares a function."""
-        arguments = [f"{self.type_name(t, self.arithmetic)} {n}" for n, t in law.arguments.items()]
+        names = {n: self.type_name(t, self.arithmetic) for n, t in law.arguments.items()}
+        arguments = [f"const {t} *{n}" if n in law.pointers else f"{t} {n}" for n, t in names.items()]
         arguments += ["Fault *fault"] if law.fails else []
         returns = self.type_name(law.returns, self.arithmetic) if law.returns else "void"
         return f"static {returns} {law.c_name}({', '.join(arguments) or 'void'})"

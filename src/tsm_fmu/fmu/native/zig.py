@@ -13,31 +13,51 @@ import subprocess
 import sys
 from collections.abc import Collection, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from ...models.contract import InputError
 
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-g0")
+FLAGS = ("-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-g0")
 """Without contraction and fast-math: the bits are those of plain Python."""
 
 GLIBC = "2.17"
 """Oldest C library of Linux that the binaries run with."""
 
 
-class Platform:
-    """One binary of an FMU: zig's target, folder by FMI version, ending."""
+LIMIT = 100_000
+"""Size of a library [B] from which on the model's own equations are compiled for size too."""
 
-    def __init__(self, target: str, folders: Mapping[int, str], ending: str, *linking: str) -> None:
-        self.target, self.folders, self.ending, self.linking = target, folders, ending, linking
+SMALL = ("-Os", "-DSMALL", "-fno-asynchronous-unwind-tables", "-fno-unwind-tables")
+"""Options from there on."""
+
+WINDOWS = "windows.c"
+"""Stands around the sources there, see it."""
+_UCRT = tuple(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in "convert heap math private runtime stdio string".split())
+
+
+_MACOS = ("-Wl,-x", "-Wl,-headerpad,0x20")  # neither names of static functions nor a page of free space
+
+
+@dataclass(frozen=True)
+class Platform:
+    """One binary of an FMU: zig's target, folder by FMI version, ending, options of the linker."""
+
+    target: str
+    folders: Mapping[int, str]
+    ending: str
+    linking: tuple[str, ...]
+    main: str = ""
 
 
 PLATFORMS = (
-    Platform(f"x86_64-linux-gnu.{GLIBC}", {2: "linux64", 3: "x86_64-linux"}, ".so", "-lm"),
-    Platform("x86_64-windows-gnu", {2: "win64", 3: "x86_64-windows"}, ".dll", "-Os"),  # its C library is inside
-    Platform("x86_64-macos", {2: "darwin64", 3: "x86_64-darwin"}, ".dylib"),
-    Platform(f"aarch64-linux-gnu.{GLIBC}", {3: "aarch64-linux"}, ".so", "-lm"),
-    Platform("aarch64-macos", {3: "aarch64-darwin"}, ".dylib"),
+    Platform(f"x86_64-linux-gnu.{GLIBC}", {2: "linux64", 3: "x86_64-linux"}, ".so", ("-lm",)),
+    Platform("x86_64-windows-gnu", {2: "win64", 3: "x86_64-windows"}, ".dll", ("-nostdlib", *_UCRT), WINDOWS),
+    Platform("x86_64-macos", {2: "darwin64", 3: "x86_64-darwin"}, ".dylib", _MACOS),
+    Platform(f"aarch64-linux-gnu.{GLIBC}", {3: "aarch64-linux"}, ".so", ("-lm",)),
+    Platform("aarch64-macos", {3: "aarch64-darwin"}, ".dylib", _MACOS),
 )
 
 
@@ -72,6 +92,7 @@ def binaries(
     with TemporaryDirectory(prefix="tsm_fmu_c_") as place:
         for file, data in sources.items():
             (Path(place) / file).write_bytes(data)
+        (Path(place) / WINDOWS).write_bytes(resources.files("tsm_fmu.fmu.native").joinpath("c", WINDOWS).read_bytes())
         with ThreadPoolExecutor(min(len(wanted), os.cpu_count() or 1)) as pool:
             found = pool.map(lambda p: (_place(p, name, fmi), _library(p, Path(place), main, name)), wanted)
             return dict(found)
@@ -82,17 +103,28 @@ def _place(platform: Platform, name: str, fmi: int) -> str:
 
 
 def _library(platform: Platform, folder: Path, main: str, name: str) -> bytes:
+    fast = _compiled(platform, folder, main, name, "-O2")
+    return fast if len(fast) < LIMIT else _compiled(platform, folder, main, name, *SMALL)
+
+
+def _compiled(platform: Platform, folder: Path, main: str, name: str, *optimised: str) -> bytes:
     # zig puts the output's name, not its folder, into the library
     out = folder / platform.target / f"{name}{platform.ending}"
-    out.parent.mkdir()
-    command = [*zig(), "-target", platform.target, *FLAGS, "-shared", "-s", main, *platform.linking, "-o"]
-    done = subprocess.run([*command, str(out.relative_to(folder))], cwd=folder, capture_output=True, text=True)
+    out.parent.mkdir(exist_ok=True)
+    built = str(out.with_suffix(".o").relative_to(folder))
+    _run(platform, folder, *FLAGS, *optimised, "-c", platform.main or main, "-o", built)
+    _run(platform, folder, "-shared", "-s", built, *platform.linking, "-o", str(out.relative_to(folder)))
+    return out.read_bytes()
+
+
+def _run(platform: Platform, folder: Path, *options: str) -> None:
+    command = [*zig(), "-target", platform.target, *options]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     if done.returncode != 0:
         raise InputError(
             f"C compiler failed for {platform.target} ({_first_error(done.stderr)}) -- expected C that compiles -- "
             "install ziglang again"
         )
-    return out.read_bytes()
 
 
 def _first_error(text: str) -> str:

@@ -1,7 +1,6 @@
 /* The sentence of a fault, with numbers as Python prints them. */
 #include "checked.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -84,7 +83,7 @@ static size_t appended(char *text, size_t size, size_t at, const char *more)
 }
 
 /* Write a sentence; %r is a double as repr() prints it, %d an int, %s a string, and %g, %.3f, ... a double. */
-static void sentence(char *text, size_t size, const char *format, va_list values)
+void sentence_write(char *text, size_t size, const char *format, va_list values)
 {
     size_t at = 0;
     text[0] = '\0';
@@ -123,7 +122,7 @@ void fault_raise(Fault *fault, const char *format, ...)
     }
     fault->raised = true;
     va_start(values, format);
-    sentence(fault->text, sizeof fault->text, format, values);
+    sentence_write(fault->text, sizeof fault->text, format, values);
     va_end(values);
 }
 
@@ -131,6 +130,6 @@ void sentence_put(char *text, size_t size, const char *format, ...)
 {
     va_list values;
     va_start(values, format);
-    sentence(text, size, format, values);
+    sentence_write(text, size, format, values);
     va_end(values);
 }

@@ -8,6 +8,7 @@
 
 #include <limits.h>
 #include <math.h>
+#include <stdarg.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
@@ -25,6 +26,7 @@ void fault_raise(Fault *fault, const char *format, ...);
 
 /* Write such a sentence into `text` of `size` characters. */
 void sentence_put(char *text, size_t size, const char *format, ...);
+void sentence_write(char *text, size_t size, const char *format, va_list values);
 
 static inline double checked_div(double a, double b, Fault *fault)
 {

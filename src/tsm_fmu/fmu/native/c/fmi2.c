@@ -5,7 +5,7 @@
 #include <string.h>
 
 #define ALLOWED(modes, function) \
-    do { if (!slave_allowed(c, modes, #function)) return fmi2Error; } while (0)
+    do { if (slave_refuses(c, modes, #function)) return fmi2Error; } while (0)
 #define NOT_NULL(argument, function) \
     do { if ((argument) == NULL) return (fmi2Status)slave_null(c, #function, #argument); } while (0)
 
@@ -103,65 +103,20 @@ fmi2Status fmi2Reset(fmi2Component c)
 
 /* ---- values */
 
-#define GET(Name, KIND, Type) \
+#define VALUES(Name, KIND, Type) \
     fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, Type value[]) \
     { \
-        Status status; \
-        size_t k; \
-        ALLOWED(READABLE, fmi2Get##Name); \
-        if (nvr > 0) { \
-            NOT_NULL(vr, fmi2Get##Name); \
-            NOT_NULL(value, fmi2Get##Name); \
-        } \
-        status = slave_refresh(c); \
-        for (k = 0; k < nvr; k++) { \
-            double number = 0.0; \
-            Status one = slave_get(c, KIND, vr[k], &number); \
-            status = one > status ? one : status; \
-            value[k] = (Type)number; \
-        } \
-        return (fmi2Status)status; \
-    }
-
-#define SET(Name, KIND, Type) \
+        return (fmi2Status)slave_read(c, "fmi2Get" #Name, KIND, vr, nvr, value, nvr); \
+    } \
     fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const Type value[]) \
     { \
-        size_t k; \
-        ALLOWED(WRITABLE, fmi2Set##Name); \
-        if (nvr > 0) { \
-            NOT_NULL(vr, fmi2Set##Name); \
-            NOT_NULL(value, fmi2Set##Name); \
-        } \
-        for (k = 0; k < nvr; k++) { \
-            Status status = slave_set(c, KIND, vr[k], (double)value[k]); \
-            if (status != STATUS_OK) { \
-                return (fmi2Status)status; \
-            } \
-        } \
-        return fmi2OK; \
+        return (fmi2Status)slave_write(c, "fmi2Set" #Name, KIND, vr, nvr, value, nvr); \
     }
 
-GET(Real, REAL, fmi2Real)
-GET(Integer, INTEGER, fmi2Integer)
-GET(Boolean, BOOLEAN, fmi2Boolean)
-SET(Real, REAL, fmi2Real)
-SET(Integer, INTEGER, fmi2Integer)
-SET(Boolean, BOOLEAN, fmi2Boolean)
-
-fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[])
-{
-    double none;
-    (void)value;
-    ALLOWED(READABLE, fmi2GetString);
-    return nvr == 0 ? fmi2OK : (fmi2Status)slave_get(c, STRING, vr[0], &none);
-}
-
-fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[])
-{
-    (void)value;
-    ALLOWED(WRITABLE, fmi2SetString);
-    return nvr == 0 ? fmi2OK : (fmi2Status)slave_set(c, STRING, vr[0], NAN);
-}
+VALUES(Real, REAL, fmi2Real)
+VALUES(Integer, INTEGER, fmi2Integer)
+VALUES(Boolean, NO_KIND, fmi2Boolean)
+VALUES(String, NO_KIND, fmi2String)
 
 /* ---- FMU states */
 
@@ -222,8 +177,8 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedSta
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
     const fmi2ValueReference vKnown_ref[], size_t nKnown, const fmi2Real dvKnown[], fmi2Real dvUnknown[])
 {
-    ALLOWED(INITIALIZATION | STEPPING | TERMINATED, fmi2GetDirectionalDerivative);
-    return (fmi2Status)slave_derivative(c, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, dvUnknown);
+    return (fmi2Status)slave_derivative(c, "fmi2GetDirectionalDerivative", vUnknown_ref, nUnknown, vKnown_ref, nKnown,
+        dvKnown, nKnown, dvUnknown, nUnknown);
 }
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
@@ -248,8 +203,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
     fmi2Boolean noSetFMUStatePriorToCurrentPoint)
 {
     (void)noSetFMUStatePriorToCurrentPoint;
-    ALLOWED(STEPPING, fmi2DoStep);
-    return (fmi2Status)slave_step(c, currentCommunicationPoint, communicationStepSize);
+    return (fmi2Status)slave_step(c, "fmi2DoStep", currentCommunicationPoint, communicationStepSize);
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c)

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #define ALLOWED(modes, function) \
-    do { if (!slave_allowed(instance, modes, #function)) return fmi3Error; } while (0)
+    do { if (slave_refuses(instance, modes, #function)) return fmi3Error; } while (0)
 #define NOT_NULL(argument, function) \
     do { if ((argument) == NULL) return (fmi3Status)slave_null(instance, #function, #argument); } while (0)
 
@@ -71,12 +71,14 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
     return slave_new(instanceName, instantiationToken, loggingOn, log_message, instanceEnvironment, host.address);
 }
 
+#define NO_OTHER MODEL_NAME ": another kind of unit -- expected co-simulation -- import it for co-simulation"
+
 fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath,
     fmi3Boolean visible, fmi3Boolean loggingOn, fmi3InstanceEnvironment instanceEnvironment, fmi3LogMessageCallback logMessage)
 {
     (void)instanceName, (void)instantiationToken, (void)resourcePath, (void)visible, (void)loggingOn;
     return no_instance(instanceEnvironment, logMessage,
-        MODEL_NAME ": model exchange -- expected co-simulation -- import it for co-simulation");
+        NO_OTHER);
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath,
@@ -86,7 +88,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3Stri
     (void)instanceName, (void)instantiationToken, (void)resourcePath, (void)visible, (void)loggingOn;
     (void)clockUpdate, (void)lockPreemption, (void)unlockPreemption;
     return no_instance(instanceEnvironment, logMessage,
-        MODEL_NAME ": scheduled execution -- expected co-simulation -- import it for co-simulation");
+        NO_OTHER);
 }
 
 void fmi3FreeInstance(fmi3Instance instance)
@@ -124,135 +126,45 @@ fmi3Status fmi3Reset(fmi3Instance instance)
     return fmi3OK;
 }
 
-/* ---- values: a value reference may stand for an array, whose numbers follow each other */
+/* ---- values */
 
-static size_t numbers_of(const fmi3ValueReference *references, size_t count)
-{
-    size_t k, total = 0;
-    for (k = 0; k < count; k++) {
-        size_t count = references[k] < VARIABLES ? model_variables[references[k]].count : 1;
-        total += count == 0 ? 1 : count;
-    }
-    return total;
-}
-
-/* Within an array there is no variable of its own: a type that none has makes the call fail. */
-static Kind kind_of(fmi3ValueReference reference, Kind asked)
-{
-    return reference < VARIABLES && model_variables[reference].count == 0 ? STRING : asked;
-}
-
-static Status too_few(Slave *slave, const char *function)
-{
-    return slave_unsupported(slave, function, "number of values -- expected one for each element of each variable");
-}
-
-#define GET(Name, KIND, Type) \
+#define VALUES(Name, KIND, Type) \
     fmi3Status fmi3Get##Name(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences, \
         Type values[], size_t nValues) \
     { \
-        Status status; \
-        size_t k, n, at = 0; \
-        ALLOWED(READABLE, fmi3Get##Name); \
-        if (nValueReferences > 0) { \
-            NOT_NULL(valueReferences, fmi3Get##Name); \
-            NOT_NULL(values, fmi3Get##Name); \
-        } \
-        if (numbers_of(valueReferences, nValueReferences) != nValues) { \
-            return (fmi3Status)too_few(instance, "fmi3Get" #Name); \
-        } \
-        status = slave_refresh(instance); \
-        for (k = 0; k < nValueReferences; k++) { \
-            size_t count = numbers_of(&valueReferences[k], 1); \
-            for (n = 0; n < count; n++) { \
-                double number = 0.0; \
-                Status one = slave_get(instance, n > 0 ? KIND : kind_of(valueReferences[k], KIND), \
-                    valueReferences[k] + (unsigned)n, &number); \
-                status = one > status ? one : status; \
-                values[at++] = (Type)number; \
-            } \
-        } \
-        return (fmi3Status)status; \
-    }
-
-#define SET(Name, KIND, Type) \
-    fmi3Status fmi3Set##Name(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences, \
-        const Type values[], size_t nValues) \
-    { \
-        size_t k, n, at = 0; \
-        ALLOWED(WRITABLE, fmi3Set##Name); \
-        if (nValueReferences > 0) { \
-            NOT_NULL(valueReferences, fmi3Set##Name); \
-            NOT_NULL(values, fmi3Set##Name); \
-        } \
-        if (numbers_of(valueReferences, nValueReferences) != nValues) { \
-            return (fmi3Status)too_few(instance, "fmi3Set" #Name); \
-        } \
-        for (k = 0; k < nValueReferences; k++) { \
-            size_t count = numbers_of(&valueReferences[k], 1); \
-            for (n = 0; n < count; n++) { \
-                Status status = slave_set(instance, n > 0 ? KIND : kind_of(valueReferences[k], KIND), \
-                    valueReferences[k] + (unsigned)n, (double)values[at++]); \
-                if (status != STATUS_OK) { \
-                    return (fmi3Status)status; \
-                } \
-            } \
-        } \
-        return fmi3OK; \
-    }
-
-/* No variable is of these types: any reference is a wrong one. */
-#define NONE(Name, Type) \
-    fmi3Status fmi3Get##Name(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences, \
-        Type values[], size_t nValues) \
-    { \
-        (void)valueReferences, (void)values, (void)nValues; \
-        ALLOWED(READABLE, fmi3Get##Name); \
-        return nValueReferences == 0 ? fmi3OK \
-            : (fmi3Status)slave_unsupported(instance, "fmi3Get" #Name, "no variable is of this type"); \
+        return (fmi3Status)slave_read(instance, "fmi3Get" #Name, KIND, valueReferences, nValueReferences, values, nValues); \
     } \
     fmi3Status fmi3Set##Name(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences, \
         const Type values[], size_t nValues) \
     { \
-        (void)valueReferences, (void)values, (void)nValues; \
-        ALLOWED(WRITABLE, fmi3Set##Name); \
-        return nValueReferences == 0 ? fmi3OK \
-            : (fmi3Status)slave_unsupported(instance, "fmi3Set" #Name, "no variable is of this type"); \
+        return (fmi3Status)slave_write(instance, "fmi3Set" #Name, KIND, valueReferences, nValueReferences, values, nValues); \
     }
 
-GET(Float64, REAL, fmi3Float64)
-SET(Float64, REAL, fmi3Float64)
-GET(Int32, INTEGER, fmi3Int32)
-SET(Int32, INTEGER, fmi3Int32)
-GET(Int64, ENUMERATION, fmi3Int64)
-SET(Int64, ENUMERATION, fmi3Int64)
-GET(Boolean, BOOLEAN, fmi3Boolean)
-SET(Boolean, BOOLEAN, fmi3Boolean)
-NONE(Float32, fmi3Float32)
-NONE(Int8, fmi3Int8)
-NONE(UInt8, fmi3UInt8)
-NONE(Int16, fmi3Int16)
-NONE(UInt16, fmi3UInt16)
-NONE(UInt32, fmi3UInt32)
-NONE(UInt64, fmi3UInt64)
-NONE(String, fmi3String)
+VALUES(Float64, REAL, fmi3Float64)
+VALUES(Int32, INTEGER, fmi3Int32)
+VALUES(Int64, ENUMERATION, fmi3Int64)
+VALUES(Boolean, NO_KIND, fmi3Boolean)
+VALUES(Float32, NO_KIND, fmi3Float32)
+VALUES(Int8, NO_KIND, fmi3Int8)
+VALUES(UInt8, NO_KIND, fmi3UInt8)
+VALUES(Int16, NO_KIND, fmi3Int16)
+VALUES(UInt16, NO_KIND, fmi3UInt16)
+VALUES(UInt32, NO_KIND, fmi3UInt32)
+VALUES(UInt64, NO_KIND, fmi3UInt64)
+VALUES(String, NO_KIND, fmi3String)
 
 fmi3Status fmi3GetBinary(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
     size_t valueSizes[], fmi3Binary values[], size_t nValues)
 {
-    (void)valueReferences, (void)valueSizes, (void)values, (void)nValues;
-    ALLOWED(READABLE, fmi3GetBinary);
-    return nValueReferences == 0 ? fmi3OK
-        : (fmi3Status)slave_unsupported(instance, "fmi3GetBinary", "no variable is of this type");
+    (void)valueSizes;
+    return (fmi3Status)slave_read(instance, "fmi3GetBinary", NO_KIND, valueReferences, nValueReferences, values, nValues);
 }
 
 fmi3Status fmi3SetBinary(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
     const size_t valueSizes[], const fmi3Binary values[], size_t nValues)
 {
-    (void)valueReferences, (void)valueSizes, (void)values, (void)nValues;
-    ALLOWED(WRITABLE, fmi3SetBinary);
-    return nValueReferences == 0 ? fmi3OK
-        : (fmi3Status)slave_unsupported(instance, "fmi3SetBinary", "no variable is of this type");
+    (void)valueSizes;
+    return (fmi3Status)slave_write(instance, "fmi3SetBinary", NO_KIND, valueReferences, nValueReferences, values, nValues);
 }
 
 /* ---- FMU states */
@@ -315,14 +227,8 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueRe
     const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed, fmi3Float64 sensitivity[],
     size_t nSensitivity)
 {
-    ALLOWED(INITIALIZATION | STEPPING | TERMINATED, fmi3GetDirectionalDerivative);
-    if (nSeed != numbers_of(knowns, nKnowns) || nSensitivity != numbers_of(unknowns, nUnknowns)) {
-        return (fmi3Status)too_few(instance, "fmi3GetDirectionalDerivative");
-    }
-    if (nSeed != nKnowns || nSensitivity != nUnknowns) {
-        return (fmi3Status)slave_unsupported(instance, "fmi3GetDirectionalDerivative", "expected no arrays");
-    }
-    return (fmi3Status)slave_derivative(instance, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity);
+    return (fmi3Status)slave_derivative(instance, "fmi3GetDirectionalDerivative", unknowns, nUnknowns, knowns, nKnowns, seed,
+        nSeed, sensitivity, nSensitivity);
 }
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
@@ -342,26 +248,20 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
 {
     Status status;
     (void)noSetFMUStatePriorToCurrentPoint;
-    ALLOWED(STEPPING, fmi3DoStep);
-    NOT_NULL(eventHandlingNeeded, fmi3DoStep);
-    NOT_NULL(terminateSimulation, fmi3DoStep);
-    NOT_NULL(earlyReturn, fmi3DoStep);
-    NOT_NULL(lastSuccessfulTime, fmi3DoStep);
-    status = slave_step(instance, currentCommunicationPoint, communicationStepSize);
+    if (eventHandlingNeeded == NULL || terminateSimulation == NULL || earlyReturn == NULL || lastSuccessfulTime == NULL) {
+        return (fmi3Status)slave_null(instance, "fmi3DoStep", "a result");
+    }
+    status = slave_step(instance, "fmi3DoStep", currentCommunicationPoint, communicationStepSize);
     *eventHandlingNeeded = fmi3False;
     *terminateSimulation = fmi3False;
     *earlyReturn = fmi3False;
-    *lastSuccessfulTime = ((Slave *)instance)->memory.time;
+    *lastSuccessfulTime = instance == NULL ? 0.0 : ((Slave *)instance)->memory.time;
     return (fmi3Status)status;
 }
 
 /* ---- functions that a co-simulation without events, clocks and structural parameters does not have */
 
-#define UNSUPPORTED(function, why) \
-    do { \
-        ALLOWED(ANY_MODE, function); \
-        return (fmi3Status)slave_unsupported(instance, #function, why); \
-    } while (0)
+#define UNSUPPORTED(function, why) return (fmi3Status)slave_unsupported(instance, #function, why)
 #define NO_EVENTS "the model has no event mode"
 #define NO_CLOCKS "the model has no clocks"
 #define NO_EXCHANGE "the model is for co-simulation"

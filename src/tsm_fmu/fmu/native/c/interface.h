@@ -14,7 +14,7 @@ typedef struct {
     Outputs y;
 } Values;
 
-typedef enum { REAL, INTEGER, BOOLEAN, ENUMERATION, STRING } Kind;
+typedef enum { REAL, INTEGER, ENUMERATION, NO_KIND } Kind;  /* the last: a type that no variable has */
 
 typedef struct {
     const char *name;
@@ -23,7 +23,7 @@ typedef struct {
     const char *expected;  /* its bounds in words */
     Kind kind;
     size_t offset;         /* in Values */
-    size_t count;          /* of numbers in the FMI 3.0 variable that begins here; 0 within an array */
+    size_t count;          /* of numbers in the variable that begins here; 0 within an array of FMI 3.0 */
     double lo, hi;
     bool open_lo, open_hi; /* the bound itself is not allowed */
 } Variable;

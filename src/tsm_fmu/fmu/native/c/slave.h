@@ -54,24 +54,55 @@ Slave *slave_new(const char *name, const char *guid, bool logging, Log log, void
 void slave_free(Slave *slave);
 void slave_reset(Slave *slave);
 
-/* False, with a message, where the state machine does not allow a call. */
-bool slave_allowed(Slave *slave, int modes, const char *function);
+#define NEXT "see modelDescription.xml"
+#define MEND "check what drives it"
+
+/* Write a message into the instance, see fault_raise; give it to the host; both. */
+void slave_note(Slave *slave, const char *format, ...);
+Status slave_pass_on(Slave *slave, Status status);
+Status slave_tell(Slave *slave, Status status, const char *format, ...);
+const char *slave_inputs_text(const Slave *slave, char *text, size_t size);
+
+/* Whether the state machine does not allow a call; told then. */
+#define SLAVE_REFUSES(slave, modes, function) \
+    (((slave) == NULL || !((int)((const Slave *)(slave))->memory.mode & (modes))) && slave_disallowed(slave, function))
+bool slave_disallowed(Slave *slave, const char *function);
+bool slave_refuses(Slave *slave, int modes, const char *function);
+
+/* An error, with a message: the function is not there, an argument is NULL, a variable is a wrong one. */
 Status slave_unsupported(Slave *slave, const char *function, const char *why);
 Status slave_null(Slave *slave, const char *function, const char *argument);
+Status slave_wrong(Slave *slave, unsigned reference, const char *what);
 
 Status slave_setup(Slave *slave, double start);
 Status slave_enter_initialization(Slave *slave);
 Status slave_exit_initialization(Slave *slave);
-Status slave_step(Slave *slave, double time, double step);
+Status slave_step(Slave *slave, const char *function, double time, double step);
 
-/* `reference` is a position in model_variables; `kind` is the type in which the host asks. */
-Status slave_get(Slave *slave, Kind kind, unsigned reference, double *value);
-Status slave_set(Slave *slave, Kind kind, unsigned reference, double value);
+/* Numbers in the type in which the host asks: double, int or int64_t by `kind`. A value reference is a position in
+ * model_variables; it may stand for an array, whose numbers follow each other. */
+Status slave_read(
+    Slave *slave, const char *function, Kind kind, const unsigned *references, size_t n, void *numbers, size_t count);
+Status slave_write(
+    Slave *slave, const char *function, Kind kind, const unsigned *references, size_t n, const void *numbers, size_t count);
+size_t slave_count(const unsigned *references, size_t n);
+
+/* Position of a variable of that type, whose `count` numbers follow each other; VARIABLES for none. */
+static inline unsigned slave_found(Kind kind, unsigned reference, size_t *count)
+{
+    if (reference < VARIABLES && model_variables[reference].kind == kind && model_variables[reference].count > 0) {
+        *count = model_variables[reference].count;
+        return reference;
+    }
+    *count = 1;
+    return VARIABLES;
+}
 Status slave_refresh(Slave *slave);
 
+/* Change of the unknowns, with the last step, along the seed of the knowns. */
 Status slave_derivative(
-    Slave *slave, const unsigned *unknowns, size_t n_unknowns, const unsigned *knowns, size_t n_knowns,
-    const double *seed, double *result);
+    Slave *slave, const char *function, const unsigned *unknowns, size_t n_unknowns, const unsigned *knowns, size_t n_knowns,
+    const double *seed, size_t n_seed, double *result, size_t n_result);
 
 Memory *slave_copy(const Slave *slave, Memory *into);
 size_t slave_serialized_size(void);
