@@ -1,4 +1,5 @@
-"""Print ratios, limits and verdicts, the time of a diagnosis, and its answers to a part of the blind cases.
+"""Print ratios, limits and verdicts, the time of a diagnosis, and its answers to a part of the blind cases and to rigs
+drawn afresh.
 
 The exit code is 1 when a limit of a ratio or a target of the blind cases is missed. All blind cases take more than ten
 minutes: ``python -m benchmarks.blind``.
@@ -23,8 +24,10 @@ from . import (
 )
 from .blind import __main__ as blind
 from .blind.catalogue import STRATA, catalogue
+from .rigs import __main__ as rigs
 
 BLIND_CASES = 4 * len(STRATA)
+FRESH_CASES = 2 * len(STRATA)
 
 
 def main() -> int:
@@ -52,6 +55,8 @@ def main() -> int:
     print(f"\nblind cases, {BLIND_CASES} of {len(catalogue())} (all: python -m benchmarks.blind)", flush=True)
     with TemporaryDirectory() as folder:
         missed |= blind.main(["--cases", str(BLIND_CASES), "--out", folder]) != 0
+    print(f"\nrigs drawn afresh, {FRESH_CASES} of each author", flush=True)
+    missed |= rigs.main(["--cases", str(FRESH_CASES)]) != 0
     print(f"{perf_counter() - begin:.0f} s in all")
     return 1 if missed else 0
 
