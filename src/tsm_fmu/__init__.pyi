@@ -18,6 +18,8 @@ from .verbs.diagnose import diagnose as diagnose
 from .verbs.export import export as export
 from .verbs.identify import IdentifyResult as IdentifyResult
 from .verbs.identify import identify as identify
+from .verbs.linearize import LinearizeResult as LinearizeResult
+from .verbs.linearize import linearize as linearize
 from .verbs.run import RunResult as RunResult
 from .verbs.run import run as run
 from .verbs.samples import sample as sample

@@ -12,6 +12,7 @@ from . import (
     diagnose,
     export,
     identify,
+    linearize,
     list_models,
     report,
     reproduce,
@@ -37,6 +38,7 @@ VERBS = (
     run,
     reproduce,
     sweep,
+    linearize,
     report,
 )
 

@@ -17,8 +17,8 @@ from numba.extending import intrinsic as _numbas
 
 from ..kernels import compiled_cache
 
-MOVE, VALUES_2, VALUES_3, STEP_2, STEP_3, MARK, GIVE = range(7)
-"""Operations: hand values on; set or get of FMI 2.0 and 3.0; doStep of both; a journal's mark; give tabled values."""
+MOVE, VALUES_2, VALUES_3, STEP_2, STEP_3, MARK, GIVE, ADD = range(8)
+"""Operations: hand values on; set or get of FMI 2, 3; doStep of both; a journal's mark; tables given or added."""
 OP_WIDTH = 7
 DONE = -1
 """In place of an operation: it did not stop within a step."""
@@ -202,6 +202,9 @@ def _loop(
                 ended = _load_integer(ops[i, 4], BOOL) != 0
             elif kind == GIVE:
                 _store_real(ops[i, 1], ops[i, 2], _load_real(ops[i, 3] + 8 * k, F64))
+            elif kind == ADD:
+                more = _load_real(ops[i, 3] + 8 * k, F64)
+                _store_real(ops[i, 1], ops[i, 2], _load_real(ops[i, 1], ops[i, 2]) + more)
             else:
                 now[0] += 1
                 now[1] = ops[i, 1]

@@ -28,7 +28,7 @@ from .exchange import (
 from .fmu_instance import FmuFailure, FmuInstance
 from .journal import Journal
 from .order import AlgebraicLoop, Schedule, schedule
-from .program import Program, can_compile
+from .program import Program, Stimulus, can_compile
 from .progress import bar
 from .recorder import Recorder, Selection, left_out, select
 from .stopping import StopRequest, interruptible
@@ -59,6 +59,7 @@ def simulate_system(
     progress: bool = False,
     journal: Journal | None = None,
     compiled: bool | None = None,
+    stimuli: Sequence[Stimulus] = (),
 ) -> Trajectory:
     """Co-simulate a system with a fixed communication step.
 
@@ -85,6 +86,8 @@ def simulate_system(
     compiled : bool, optional
         Step in machine code or not; both give the same bits. Without it where the run is long (`REPAID`). Texts
         that are handed on and loops that are iterated are never stepped there.
+    stimuli : sequence of Stimulus
+        Values for inputs at every step; they need machine code. An input that is not connected wants a start value.
 
     Returns
     -------
@@ -113,7 +116,7 @@ def simulate_system(
     plan = schedule(wiring, loops)
     selection = select(wiring, record)
     with ExitStack() as stack:
-        instances = _instantiate(wiring, selection, stack, journal)
+        instances = _instantiate(wiring, selection, stack, journal, stimuli)
         notes = (*system.notes, *(_said(loop, loops) for loop in plan.loops), *left_out(wiring, record))
         recorder = Recorder(selection, instances, 2 + steps // decimation, notes, journal)
         order = [instances[name] for name in plan.components]
@@ -121,15 +124,21 @@ def simulate_system(
         wanted = tolerance if loops == "iterate" else None
         parts: list[Part] = [(instances[name], transfers[name]) for name in plan.components]
         by_hand = (wanted is not None and plan.loops) or not can_compile(transfers)
-        if compiled is None:
-            compiled = steps * len(parts) >= REPAID
+        if stimuli and by_hand:
+            raise InputError(
+                f"system {system.name} hands on texts or iterates loops -- expected neither where inputs are given -- "
+                "choose --loops delay"
+            )
+        given = [(instances[s.component], s) for s in stimuli]
+        if compiled is None or given:
+            compiled = bool(given) or steps * len(parts) >= REPAID
         try:
             _initialise(wiring, plan, instances, transfers, start, wanted)
             recorder.store(start)
             with interruptible() as asked, bar(progress, system.name, steps, step) as advance:
                 run: Run
                 if compiled and not by_hand:
-                    run = Program(parts, method == "jacobi", recorder, (start, step), journal).run
+                    run = Program(parts, method == "jacobi", recorder, (start, step), journal, given).run
                 else:
                     run = _interpreted(
                         _advance(plan, instances, transfers, method, wanted), order, recorder, start, step
@@ -230,7 +239,7 @@ def number_of_steps(start: float, stop: float, step: float) -> int:
 
 
 def _instantiate(
-    wiring: Wiring, selection: Selection, stack: ExitStack, journal: Journal | None
+    wiring: Wiring, selection: Selection, stack: ExitStack, journal: Journal | None, stimuli: Sequence[Stimulus]
 ) -> dict[str, FmuInstance]:
     instances: dict[str, FmuInstance] = {}
     fmus = dict.fromkeys(component.fmu for component in wiring.system.components)
@@ -240,6 +249,7 @@ def _instantiate(
         wanted = [link.source[1] for link in wiring.links if link.source[0] == name]
         wanted += [variable for owner, variable in selection.values() if owner == name]
         inputs = [link.target[1] for link in wiring.links if link.target[0] == name]
+        inputs += [s.variable for s in stimuli if s.component == name and s.variable not in inputs]
         outputs = list(dict.fromkeys(wanted))
         instance = FmuInstance(name, wiring.descriptions[name], directory, inputs, outputs, journal)
         stack.enter_context(instance)

@@ -31,6 +31,28 @@ _TYPES = {
 }  # fmt: skip
 
 
+@dataclass(frozen=True)
+class Stimulus:
+    """Values of a Real input at each step, in place of what is connected to it or added to that.
+
+    Attributes
+    ----------
+    component, variable : str
+        The input.
+    values : ndarray of float64, shape (steps,)
+        In the unit of the input.
+    add : bool
+    """
+
+    component: str
+    variable: str
+    values: NDArray[np.float64]
+    add: bool = False
+
+
+Given = tuple[FmuInstance, Stimulus]
+
+
 def can_compile(transfers: Mapping[str, Sequence[Transfer]]) -> bool:
     """Whether the loop can hand these values on: all but texts."""
     return all(_typed(t[0]) and _typed(t[2]) for own in transfers.values() for t in own)
@@ -67,8 +89,8 @@ class Program:
         Start time and communication step [s].
     journal : Journal, optional
         Is told which call is running.
-    given : sequence of (ctypes array, int, ndarray)
-        Inputs (buffer and index) that get a value of their own at each step, after what is connected to them.
+    given : sequence of (FmuInstance, Stimulus)
+        Inputs that get values of their own at each step, after what is connected to them.
     """
 
     def __init__(
@@ -78,13 +100,12 @@ class Program:
         recorder: Recorder,
         clock: tuple[float, float],
         journal: Journal | None = None,
-        given: Sequence[tuple[Any, int, NDArray[np.float64]]] = (),
+        given: Sequence[Given] = (),
     ) -> None:
         from . import compiled_loop as loop
 
         self._code = loop
         tables = _Tables()
-        given = [(buffer, i, np.ascontiguousarray(values, float)) for buffer, i, values in given]
 
         def inputs(part: Part) -> None:
             self._inputs(tables, part, given, journal)
@@ -119,7 +140,7 @@ class Program:
         self._loop = loop.compiled_loop(not any(instance.python for instance, _ in parts))
         self._chunk = 1
 
-    def _inputs(self, tables: _Tables, part: Part, given: Sequence[Any], journal: Journal | None) -> None:
+    def _inputs(self, tables: _Tables, part: Part, given: Sequence[Given], journal: Journal | None) -> None:
         instance, transfers = part
         first = len(tables.moves)
         for target, i, source, j, gain, offset in transfers:
@@ -127,10 +148,11 @@ class Program:
             tables.scales.append((gain, offset))
         if transfers:
             tables.add(self._code.MOVE, first, len(tables.moves))
-        own = {id(block.values) for block in instance.inputs}
-        for buffer, i, values in given:
-            if id(buffer) in own:
-                tables.add(self._code.GIVE, *self._place(buffer, i), values.ctypes.data)
+        for owner, stimulus in given:
+            if owner is instance:
+                what = self._code.ADD if stimulus.add else self._code.GIVE
+                place = self._place(*instance.port(stimulus.variable, "inputs"))
+                tables.add(what, *place, stimulus.values.ctypes.data)
         self._mark(tables, instance, SET, 0, journal)
         for block in instance.inputs:
             self._values(tables, block, partial(_after_set, instance, block))

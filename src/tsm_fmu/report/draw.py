@@ -66,6 +66,8 @@ def thinned(x: ArrayLike, y: ArrayLike, most: int = MOST_POINTS) -> tuple[NDArra
 
 def _plot(panel: Panel, most_points: int) -> Any:
     axis: dict[str, Any] = {"x_range": list(panel.bars)} if panel.bars else {}
+    if panel.log_x:
+        axis["x_axis_type"] = "log"
     hover = HoverTool(tooltips=[("x", "$x"), ("y", "$y")])
     tools = [BoxZoomTool(), PanTool(), WheelZoomTool(), hover, ResetTool(), SaveTool()]
     plot = figure(

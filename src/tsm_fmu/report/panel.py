@@ -74,6 +74,7 @@ class Panel:
     spans: Sequence[Span] = ()
     levels: Sequence[Level] = ()
     height: int = 320
+    log_x: bool = False
 
 
 def colour(number: int) -> str:

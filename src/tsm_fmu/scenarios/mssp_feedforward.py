@@ -20,6 +20,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import control
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
@@ -33,7 +34,7 @@ from . import mssp_haptic
 from .mssp_haptic import quantities as quantities
 from .mssp_report import write_mssp_report
 from .papers import MSSP_RESIDUAL_DEG, MSSP_WIDTH_DEG, TRIALS
-from .pid_design import design_pid
+from .pid_design import controller_model, design_pid, motor_model
 
 NAME = "mssp_feedforward"
 FMUS = (
@@ -160,6 +161,19 @@ def loop(
         components.insert(1, component("compensator", "FeedforwardCompensator", compensator))
         wires += [("reference.y", "compensator.x_r"), ("compensator.x_ff", "controller.r")]
     return System(tuple(components), tuple(Connection(*wire) for wire in wires), name)
+
+
+DESIGNED = ("controller.y", "motor.phi")
+"""Input and output of the open loop that `designed` is about."""
+
+
+def designed(case: Case) -> Any:
+    """Open loop of the design (control.TransferFunction): `pid_design` with a delay of half a step."""
+    system, experiment = case
+    values = next(c.parameters for c in system.components if c.name == "controller")
+    gains = {name: float(values[name]) for name in ("kp", "ki", "kd", "T_f")}
+    delay = control.tf(*control.pade(experiment.step / 2.0, 4))
+    return controller_model(**gains) * motor_model(kernel("DcMotor").params()) * delay
 
 
 def without_motor(case: Case) -> Spread:

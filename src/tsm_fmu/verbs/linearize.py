@@ -1,0 +1,273 @@
+"""``linearize``: a unit or a loop about a working point, as a linear system of python-control."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import __version__
+from ..cosim.description import describe
+from ..cosim.isolation import simulation
+from ..cosim.linearize import Linear, Margins, margins
+from ..cosim.linearize import linearize as linearize_case
+from ..cosim.ssp import Case
+from ..cosim.system import Component, Experiment, System
+from ..models.contract import InputError
+from ..report import Line, Section, Table, write_report
+from ..report.figures import Figure
+from ..report.panel import Panel
+from ..report.text import text_table
+from . import TIME_LIMIT
+from .systems import opened
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    import pandas as pd
+
+    from ..cosim.trajectory import Trajectory
+
+POINTS = 600
+"""Frequencies of the Bode plot."""
+DOUBTFUL = 0.01
+"""From this asymmetry on a summary says that the system is not linear there."""
+
+
+@dataclass(frozen=True)
+class LinearizeResult:
+    """A linear system about a working point; see `linearize`.
+
+    Attributes
+    ----------
+    name, input, output : str
+        What was linearised, between which ports.
+    linear : Linear
+        The system at the communication points.
+    design : control.TransferFunction or None
+        Open loop that a scenario was designed for.
+    report : Path or None
+        Page with the Bode plot.
+    """
+
+    name: str
+    input: str
+    output: str
+    linear: Linear
+    design: Any = None
+    report: Path | None = None
+
+    @property
+    def model(self) -> Any:
+        """The discrete state space of python-control (`control.StateSpace`)."""
+        return self.linear.model
+
+    @property
+    def margins(self) -> Margins | None:
+        """Margins, where the loop was open."""
+        return self.linear.margins() if self.linear.opened else None
+
+    @property
+    def design_margins(self) -> Margins | None:
+        """Margins of the design in the same range of frequencies."""
+        if self.design is None:
+            return None
+        omega = self._frequencies()
+        return margins(np.asarray(self.design(1j * omega)), omega)
+
+    def _frequencies(self, points: int = 2000) -> np.ndarray[Any, np.dtype[np.float64]]:
+        return np.geomspace(*self.linear.range, points)[:-1]
+
+    def rows(self) -> list[tuple[str, float, float | None, str]]:
+        """Margin, value, value of the design, unit."""
+        found, asked = self.margins, self.design_margins
+        if found is None:
+            return []
+        names = {
+            "crossover": "rad/s", "gain_margin_db": "dB", "phase_margin_deg": "deg", "delay_margin_s": "s",
+        }  # fmt: skip
+        return [
+            (n.rsplit("_", 1)[0] if n != "crossover" else n, getattr(found, n), getattr(asked, n, None), unit)
+            for n, unit in names.items()
+        ]
+
+    def summary(self) -> str:
+        """What was linearised, how well, and the margins, as text."""
+        linear = self.linear
+        how = "open" if linear.opened else "closed"
+        lines = [
+            f"{self.name}: {self.input} -> {self.output}, {how} at t = {linear.at:g} s, order {linear.model.nstates}, "
+            f"step {linear.step:g} s; left by the model: {linear.unexplained:.1e}"
+        ]
+        if linear.asymmetry > DOUBTFUL:
+            lines.append(
+                f"not linear here: impulses up and down differ by {100 * linear.asymmetry:.2g} %; take another working "
+                "point, a shorter --horizon or another --amplitude"
+            )
+        if rows := self.rows():
+            heading = ("margin", "value", *(("design",) if self.design is not None else ()), "unit")
+            cells = [
+                (n, f"{v:.5g}", *((f"{d:.5g}",) if self.design is not None and d is not None else ()), unit)
+                for n, v, d, unit in rows
+            ]
+            lines.append(text_table(heading, cells))
+        return "\n".join(lines)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Gain [dB] and phase [deg] over the frequency [rad/s]."""
+        import pandas as pd
+
+        omega = self._frequencies(POINTS)
+        gain, phase = _bode(self.linear.frequency_response(omega))
+        columns = {"gain [dB]": gain, "phase [deg]": phase}
+        if self.design is not None:
+            gain, phase = _bode(np.asarray(self.design(1j * omega)))
+            columns |= {"design gain [dB]": gain, "design phase [deg]": phase}
+        return pd.DataFrame(columns, index=pd.Index(omega, name="frequency [rad/s]"))
+
+    def figure(self) -> Figure:
+        """Bode plot, the design dashed beside it."""
+        table = self.to_frame()
+        panels = []
+        for name in ("gain [dB]", "phase [deg]"):
+            lines = [Line("co-simulation", table.index.to_numpy(), table[name].to_numpy(), colour=0)]
+            if self.design is not None:
+                lines.append(
+                    Line("design", table.index.to_numpy(), table[f"design {name}"].to_numpy(), dashed=True, colour=1)
+                )
+            panels.append(Panel("frequency [rad/s]", name, lines=lines, log_x=True))
+        return Figure(f"Bode plot of {self.input} -> {self.output}", tuple(panels), common_x=True)
+
+    def as_json(self) -> dict[str, Any]:
+        """The JSON contract of ``linearize``."""
+        linear, model = self.linear, self.linear.model
+        return {
+            "name": self.name, "input": self.input, "output": self.output, "unit": linear.unit, "at": linear.at,
+            "open": linear.opened, "step": linear.step, "unexplained": linear.unexplained,
+            "asymmetry": linear.asymmetry,
+            **{n: np.asarray(getattr(model, n)).tolist() for n in ("A", "B", "C", "D")},
+            "margins": None if self.margins is None else asdict(self.margins),
+            "design": None if self.design_margins is None else asdict(self.design_margins),
+            **({} if self.report is None else {"report": str(self.report)}),
+        }  # fmt: skip
+
+    def write(self, folder: Path) -> Path:
+        """Write the page into a folder and return its path."""
+        rows = [(n, v, *((d,) if self.design is not None else ()), unit) for n, v, d, unit in self.rows()]
+        heading = ("margin", "co-simulation", *(("design",) if self.design is not None else ()), "unit")
+        tables = [Table(heading, rows)] if rows else []
+        text = (
+            "Gain and phase at the communication points, from one period within the response up to half the sampling "
+            "frequency. "
+            "A system that is linear answers to impulses up and down alike; here the answers differ by "
+            f"{100 * self.linear.asymmetry:.2g} %."
+        )
+        section = Section("Frequency response", text, tables, [self.figure()])
+        title, answer = f"{self.name}: {self.input} to {self.output}", self.summary().splitlines()[0]
+        return write_report(folder / "report.html", title, answer, [section], {"tsm-fmu": __version__})
+
+
+def linearize(
+    what: str | os.PathLike[str],
+    at: float,
+    *,
+    input: str | None = None,
+    output: str | None = None,
+    closed: bool = False,
+    out: str | os.PathLike[str] | None = None,
+    values: Mapping[str, object] | None = None,
+    case: Sequence[str] = (),
+    step: float | None = None,
+    jacobi: bool = False,
+    loops: str | None = None,
+    amplitude: float | None = None,
+    horizon: float | None = None,
+    order: int | None = None,
+    isolate: bool | None = None,
+    time_limit: float = TIME_LIMIT,
+) -> LinearizeResult:
+    """Linearise a unit or a loop about a working point.
+
+    Parameters
+    ----------
+    what : str or Path
+        Name of a scenario, or a file that ends in ``.ssp`` or ``.fmu``.
+    at : float
+        When the working point is reached [s].
+    input, output : str, optional
+        ``component.variable``, of an FMU the variable; without them those of the loop that a scenario was designed for.
+    closed : bool
+        Leave the loop closed at the input: the response to a disturbance that is added there.
+    out : str or Path, optional
+        Folder for the page; nothing is written without it.
+    values, case, step, jacobi, loops, isolate, time_limit
+        As in `run`; the first case without a name.
+    amplitude, horizon, order
+        As in `tsm_fmu.cosim.linearize.linearize`.
+
+    Returns
+    -------
+    LinearizeResult
+
+    Raises
+    ------
+    InputError
+        No such scenario, file, case or port, or a response that tells nothing.
+    """
+    folder = None if out is None else Path(out)
+    with _system(what, folder, values or {}, case, step, jacobi, loops, isolate, time_limit) as (name, one, module, go):
+        usual = getattr(module, "DESIGNED", (None, None))
+        source, target = input or usual[0], output or usual[1]
+        if source is None or target is None:
+            raise InputError(f"{name} -- expected an input and an output -- give both")
+        prefix = "" if module is not None or not os.fspath(what).endswith(".fmu") else "unit."
+        source, target = (n if n.startswith(prefix) else prefix + n for n in (source, target))
+        connected = any(c.target == source for c in one[0].connections)
+        linear = linearize_case(
+            one, source, target, at, opened=connected and not closed, amplitude=amplitude, horizon=horizon, order=order,
+            simulate=go,
+        )  # fmt: skip
+        design = module.designed(one) if module is not None and (source, target) == usual and linear.opened else None
+    result = LinearizeResult(name, source, target, linear, design)
+    if folder is None:
+        return result
+    folder.mkdir(parents=True, exist_ok=True)
+    return LinearizeResult(name, source, target, linear, design, result.write(folder))
+
+
+@contextmanager
+def _system(
+    what: str | os.PathLike[str],
+    folder: Path | None,
+    values: Mapping[str, object],
+    case: Sequence[str],
+    step: float | None,
+    jacobi: bool,
+    loops: str | None,
+    isolate: bool | None,
+    time_limit: float,
+) -> Iterator[tuple[str, Case, Any, Callable[..., Trajectory]]]:
+    """Name, system, scenario and where to simulate; an FMU is a system of its own."""
+    if not os.fspath(what).endswith(".fmu"):
+        with opened(what, folder, values, case, None, step, jacobi, loops, isolate, time_limit) as system:
+            name, one = next(iter(system.cases.items()))
+            yield name, one, system.scenario, system.simulate
+        return
+    path = Path(what)
+    description = describe(path)
+    usual = getattr(description.model.defaultExperiment, "stepSize", None)
+    inputs = {p.name: p.start or 0 for p in description.inputs if p.kind == "Real"}
+    given = {name.removeprefix("unit."): str(value) for name, value in values.items()}
+    system = System((Component("unit", path, {**inputs, **given}),), (), path.stem)
+    with simulation([path], isolate, time_limit) as there:
+        experiment = Experiment(stop=1.0, step=step or float(usual or 1e-3))
+        yield path.stem, (system, experiment), None, there.simulate_system
+
+
+def _bode(response: Any) -> tuple[Any, Any]:
+    return 20.0 * np.log10(np.abs(response)), np.degrees(np.unwrap(np.angle(response)))

@@ -1,0 +1,90 @@
+"""Linearisation against exact discretisations, and what is refused."""
+
+import control
+import numpy as np
+import pytest
+
+from tsm_fmu import InputError, linearize
+from tsm_fmu.cosim.linearize import linearize as linearize_case
+from tsm_fmu.cosim.linearize import realised
+from tsm_fmu.cosim.system import Component, Connection, Experiment, System
+from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.scenarios.pid_design import motor_model
+
+
+def decay(foreign, rate=2.7):
+    """Decay, x' = -rate x, through a gain."""
+    x, g = (
+        Component("x", foreign["integrator"], {"x_0": 1.3}),
+        Component("g", foreign["gain"], {"k": -rate, "u_2": 0.0}),
+    )
+    return System((x, g), (Connection("x.x", "g.u"), Connection("g.y", "x.u")))
+
+
+@pytest.mark.parametrize("method", ["gauss-seidel", "jacobi"])
+def test_an_open_loop_of_an_integrator_and_a_gain_is_known(foreign, method):
+    """L = rate h / (z - 1), with Jacobi one step later; its phase margin in closed form."""
+    h, rate = 0.013, 2.7
+    case = (decay(foreign, rate), Experiment(stop=1.0, step=h, method=method))
+    found = linearize_case(case, "g.u", "x.x", 0.26, opened=True, horizon=13.0)
+    omega = np.array([1.1, 3.7, 11.0, 61.0])
+    z = np.exp(1j * omega * h)
+    late = z if method == "jacobi" else 1.0
+    np.testing.assert_allclose(found.frequency_response(omega), rate * h / (z - 1.0) / late, rtol=1e-6)
+    assert found.asymmetry < 1e-6
+    crossover = 2.0 / h * np.arcsin(0.5 * rate * h)
+    phase = 90.0 - np.degrees(0.5 * crossover * h) - (np.degrees(crossover * h) if method == "jacobi" else 0.0)
+    assert found.margins().crossover == pytest.approx(crossover, rel=1e-4)
+    assert found.margins().phase_margin_deg == pytest.approx(phase, rel=1e-4)
+
+
+def test_a_closed_loop_answers_to_a_disturbance_as_it_does(foreign):
+    """Gauss-Seidel makes x(k+1) = (1 - rate h) x(k) + h d(k) of it."""
+    h, rate = 0.013, 2.7
+    found = linearize_case((decay(foreign, rate), Experiment(1.0, h)), "x.u", "x.x", 0.26, opened=False, horizon=1.3)
+    assert found.model.nstates == 1
+    assert np.real(found.model.poles()) == pytest.approx(1.0 - rate * h, rel=1e-6)
+    assert float(np.real(found.model(1.0))) == pytest.approx(1.0 / rate, rel=1e-5)
+
+
+def test_the_motor_is_the_zero_order_hold_of_its_transfer_function(tmp_path):
+    fmu = build_fmu(kernel("DcMotor"), tmp_path / "DcMotor.fmu")
+    start = {"T_C": 0.0} if "T_C" in {p.name for p in kernel("DcMotor").parameters} else {}
+    friction = {p.name: 0.0 for p in kernel("DcMotor").parameters if "oulomb" in p.quantity.meaning}
+    h, exact = 1e-3, motor_model(kernel("DcMotor").params(values={**start, **friction}))
+    found = linearize(fmu, 0.1, input="u", output="phi", values={"u": 0.73, **start, **friction}, step=h, horizon=0.4)
+    held = control.sample_system(exact, h, "zoh")
+    omega = np.array([20.0, 70.0, 300.0, 1500.0])
+    expected = np.asarray(held(np.exp(1j * omega * h)))
+    np.testing.assert_allclose(found.linear.frequency_response(omega), expected, rtol=1e-4)
+    assert found.linear.unit == "(rad)/(V)"
+    assert found.margins is None
+
+
+def test_a_realisation_gives_back_a_response_with_noise_and_says_what_it_leaves():
+    rng = np.random.default_rng(15)
+    k = np.arange(401)
+    response = 0.7 * 0.93**k * np.cos(0.31 * k) - 0.4 * 0.99**k
+    model, left = realised(response, 0.02)
+    assert (model.nstates, left < 1e-9) == (3, True)
+    noisy = response + 1e-3 * rng.normal(size=k.size)
+    assert 1e-4 < realised(noisy, 0.02)[1] < 1e-2
+
+
+@pytest.mark.parametrize(
+    ("source", "output", "options", "message"),
+    [
+        ("g.w", "x.x", {}, "input 'g.w' -- expected one of x.u, g.u, g.u_2"),
+        ("g.u", "x.v", {}, "output 'x.v' -- expected one of x.x, g.y"),
+        ("g.u_2", "x.x", {"opened": True}, "input g.u_2 is not connected"),
+        ("g.u", "x.x", {"at": 0.0}, "working point 0.0 s"),
+        ("g.u", "x.x", {"amplitude": -1.0}, "amplitude -1.0 -- expected a positive number"),
+        ("g.u", "x.x", {"horizon": 0.02}, "expected one after the start"),
+    ],
+)
+def test_wrong_use_is_one_line(foreign, source, output, options, message):
+    with pytest.raises(InputError, match=message.replace("(", r"\(")):
+        linearize_case(
+            (decay(foreign), Experiment(1.0, 0.01)), source, output, **{"at": 0.5, "opened": False, **options}
+        )
