@@ -60,13 +60,13 @@ def margins(response: NDArray[np.complex128], omega: Array) -> Margins:
     import control
 
     found: Any = control.stability_margins(control.frd(response, omega))
-    gain, phase, _, _, crossover, _ = found
-    crossed = crossover is not None and math.isfinite(crossover) and crossover > 0.0
+    gain, phase, _, _, crossover, _ = (math.nan if value is None else float(value) for value in found)
+    crossed = math.isfinite(crossover) and crossover > 0.0
     return Margins(
-        float(crossover) if crossed else math.nan,
-        20.0 * math.log10(float(gain)) if math.isfinite(gain) and gain > 0.0 else math.inf,
-        float(phase),
-        math.radians(float(phase)) / float(crossover) if crossed else math.inf,
+        crossover if crossed else math.nan,
+        20.0 * math.log10(gain) if math.isfinite(gain) and gain > 0.0 else math.inf,
+        phase,
+        math.radians(phase) / crossover if crossed else math.inf,
     )
 
 

@@ -156,6 +156,16 @@ class LinearizeResult:
             **({} if self.report is None else {"report": str(self.report)}),
         }  # fmt: skip
 
+    def _answer(self) -> str:
+        found, asked = self.margins, self.design_margins
+        if found is None:
+            return self.summary().splitlines()[0]
+        design = "" if asked is None else f" (design {asked.crossover:.4g} rad/s and {asked.phase_margin_deg:.3g} deg)"
+        return (
+            f"The loop as it runs at t = {self.linear.at:g} s crosses at {found.crossover:.4g} rad/s with a phase margin of "
+            f"{found.phase_margin_deg:.3g} deg{design}."
+        )
+
     def write(self, folder: Path) -> Path:
         """Write the page into a folder and return its path."""
         rows = [(n, v, *((d,) if self.design is not None else ()), unit) for n, v, d, unit in self.rows()]
@@ -168,7 +178,7 @@ class LinearizeResult:
             f"{100 * self.linear.asymmetry:.2g} %."
         )
         section = Section("Frequency response", text, tables, [self.figure()])
-        title, answer = f"{self.name}: {self.input} to {self.output}", self.summary().splitlines()[0]
+        title, answer = f"{self.name}: {self.input} to {self.output}", self._answer()
         return write_report(folder / "report.html", title, answer, [section], {"tsm-fmu": __version__})
 
 
