@@ -162,8 +162,8 @@ class LinearizeResult:
             return self.summary().splitlines()[0]
         design = "" if asked is None else f" (design {asked.crossover:.4g} rad/s and {asked.phase_margin_deg:.3g} deg)"
         return (
-            f"The loop as it runs at t = {self.linear.at:g} s crosses at {found.crossover:.4g} rad/s with a phase margin of "
-            f"{found.phase_margin_deg:.3g} deg{design}."
+            f"At t = {self.linear.at:g} s the loop as it runs crosses at {found.crossover:.4g} rad/s with "
+            f"{found.phase_margin_deg:.3g} deg of phase margin{design}."
         )
 
     def write(self, folder: Path) -> Path:
