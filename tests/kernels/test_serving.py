@@ -5,6 +5,7 @@ import pytest
 
 from tsm_fmu.kernels import serving as module
 from tsm_fmu.kernels.chain import chain
+from tsm_fmu.kernels.drives import ANGLE
 from tsm_fmu.kernels.kernel import Kernel
 from tsm_fmu.kernels.serving import serving
 
@@ -48,4 +49,4 @@ def test_another_order_or_another_input_is_not_served() -> None:
     whole = LARGE["LuGreFriction"]
     run = serving(chain("LuGreFriction", whole)).run
     assert serving(chain("LuGreFriction", (whole[2], whole[1]))).run is not run
-    assert serving(chain("LuGreFriction", whole[1:2], True)).run is not run
+    assert serving(chain("LuGreFriction", whole[1:2], (ANGLE,))).run is not run

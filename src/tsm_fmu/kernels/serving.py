@@ -76,5 +76,4 @@ def _serves(chain: Kernel, specs: tuple[str, ...], kernel: Kernel, effects: tupl
     """Whether a chain has all effects of another one in the same order, and its inputs and outputs."""
     left = iter(specs)
     in_order = all(spec in left for spec in effects)
-    same = [v.name for v in chain.inputs] == [v.name for v in kernel.inputs]
-    return in_order and same and chain.module.Outputs._fields == kernel.module.Outputs._fields
+    return in_order and chain.inputs == kernel.inputs and chain.outputs == kernel.outputs
