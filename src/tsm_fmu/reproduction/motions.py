@@ -57,9 +57,13 @@ def friction(model: str, motion: ImposedMotion, preset: str = "published", **val
 
 
 def driven(
-    model: str, parts: Sines, experiment: Experiment, preset: str, values: Mapping[str, Value] | None = None
+    model: str,
+    motion: Mapping[str, Value],
+    experiment: Experiment,
+    preset: str,
+    values: Mapping[str, Value] | None = None,
 ) -> Case:
-    """The motion imposed on a friction FMU: reference -> ``plant``."""
+    """A motion (parameters of ReferenceSignal) imposed on a friction FMU: reference -> ``plant``."""
     k = kernel(model)
     inputs = {v.name for v in k.inputs}
     start = {**k.presets[preset].si, **(values or {}), **{n: 0.0 for n in inputs - {"v", "a"}}}
@@ -68,5 +72,5 @@ def driven(
         for source, target in (("dy", "v"), ("ddy", "a"))
         if target in inputs
     ]
-    parts_ = (Component("reference", FMUS["ReferenceSignal"], signal(parts)), Component("plant", FMUS[model], start))
+    parts_ = (Component("reference", FMUS["ReferenceSignal"], motion), Component("plant", FMUS[model], start))
     return System(parts_, tuple(wires), model), experiment

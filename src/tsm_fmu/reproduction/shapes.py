@@ -40,23 +40,6 @@ def runs() -> Mapping[str, Trajectory]:
     return co_simulate(jobs, ["reference.y", "transmission.T_a", "transmission.stage", "friction.y"])
 
 
-def sliding_claim(key: str, item: str) -> Claim:
-    """While all of the tendon slides on both routes."""
-    apart = {tendon: _apart(tendon, sliding=True) for tendon in STIFFNESS_N}
-    return statement_claim(
-        key,
-        item,
-        "largest difference of friction between routes of 540 deg while both slide, over the friction",
-        "1",
-        STATES,
-        {tendon: Condition(value, "<=", 1e-6) for tendon, value in apart.items()},
-        kind=Kind.MEASUREMENT,
-        assumed=(ROUTE, TENDON),
-        why={Verdict.REPRODUCED: "the capstan law knows the total angle only: the order of the bends does not count"},
-        method=Method.CO_SIMULATION,
-    )
-
-
 def transition_claim(key: str, item: str, least: float) -> Claim:
     """While all slides, and in transitions, where friction turns along the sheath; ``least`` is no change [N]."""
     readings = {"sliding": max(_apart(t, sliding=True) * _largest(t) for t in STIFFNESS_N)}
@@ -72,8 +55,7 @@ def transition_claim(key: str, item: str, least: float) -> Claim:
         assumed=(ROUTE, TENDON),
         why={
             Verdict.NOT_DETERMINED: "an elastic tendon under capstan friction loses its motion where the bends are: "
-            "the "
-            f"transitions differ by more than the {least:g} N that the model misses. How long they last hangs on "
+            f"the transitions differ by more than the {least:g} N that the model misses. How long they last hangs on "
             "stiffness, load and shapes, which are not printed"
         },
         method=Method.CO_SIMULATION,

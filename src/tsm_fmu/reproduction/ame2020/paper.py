@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+from ..recovery import recovery_table
 from ..result import PaperResult
 from .displacement import displacement_claims, found
 from .figures import calibration_figure, displacement_figures, preload_figure, winding_figure
+from .lugre import identified, identified_claim
 from .tendon import preload_runs, tendon_claims
 from .wheel import groove_table, wheel_claims
 
 
 def result(quick: bool = False) -> PaperResult:
     """All claims and figures; ``quick`` takes fewer points of what is open."""
-    f, preloaded = found(quick), preload_runs()
+    f, preloaded, lugre = found(quick), preload_runs(), identified(quick)
     return PaperResult(
-        (*wheel_claims(), *tendon_claims(preloaded), *displacement_claims(f)),
+        (*wheel_claims(), *tendon_claims(preloaded), *displacement_claims(f), identified_claim(lugre)),
         {
             "Fig. 3": winding_figure(),
             "Fig. 10": preload_figure(preloaded),
             "Table 1": calibration_figure(),
             **displacement_figures(f),
         },
-        {"Fig. 3": groove_table()},
+        {"Fig. 3": groove_table(), "Eq. (40)": recovery_table(lugre)},
         {"Fig. 16": TEXT},
     )
 

@@ -32,7 +32,16 @@ TOO_LARGE_MM = 25.0
 SENSOR = "PidController+quantisation@y"
 ENCODER = 5e-6
 """Of the linear encoder at the drive [m], Section 2.1."""
-RECORD = ("reference.y", "motor.phi", "motor.omega", "plant.F", "plant.T_drive", "load.tau", "controller.u")
+RECORD = (
+    "reference.y",
+    "motor.phi",
+    "motor.omega",
+    "motor.domega",
+    "plant.F",
+    "plant.T_drive",
+    "load.tau",
+    "controller.u",
+)
 
 
 def runs(quick: bool) -> dict[str, Trajectory]:

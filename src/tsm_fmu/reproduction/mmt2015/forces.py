@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from itertools import product
-from typing import Any
 
 import numpy as np
-from scipy.signal import butter, filtfilt
 
 from ...cosim.ssp import Case
 from ...cosim.system import Component, Connection, Experiment, System
@@ -16,6 +16,8 @@ from ...kernels.kernel import kernel
 from ...scenarios import single_tsm_force
 from ..loops import FMUS, co_simulate
 from ..motions import SECOND, signal
+from ..recovery import Motion, Trial
+from .printed import MSE
 from .readings import EQUATIONS, MODEL, PRESETS
 
 PERIODIC = ((1.0, 0.2),)
@@ -26,6 +28,10 @@ EXPERIMENT = Experiment(stop=10.0, step=1e-3, evaluate_from=5.0)
 COUNT = 2.0 * np.pi / (4.0 * 3600.0)
 """Of the encoder E6D-CWZ1E 3600P/R at the drive (Section 4.1), all edges [rad]."""
 SENSOR = "Sum+quantisation@y"
+NAMES = (
+    "rho1", "rho2", "mu1", "mu2", "mu3", "kappa1", "kappa2", "kappa3", "kappa4", "kappa5", "lambda", "rho", "sigma0"
+)  # fmt: skip
+"""Identified parameters, Section 3.3."""
 WINDOWS = {"0-5 s": (0.0, 5.0), "5-10 s": (5.0, 10.0), "0-10 s": (0.0, 10.0)}
 
 
@@ -68,18 +74,10 @@ def mse(a: FloatArray, b: FloatArray, time: FloatArray, window: str) -> float:
     return float(np.mean((a - b)[kept] ** 2))
 
 
-def prepared(run: Trajectory, cutoff: float) -> tuple[FloatArray, FloatArray]:
-    """Speed and acceleration from the encoder as the papers do it: filtfilt, numerical differentiation."""
-    step = float(run.time[1] - run.time[0])
-    filter_: Any = butter(2, cutoff * 2.0 * step)
-    x = filtfilt(filter_[0], filter_[1], run.columns["encoder.y"])
-    v = np.gradient(x, step)
-    return v, np.gradient(v, step)
-
-
-def from_prepared(run: Trajectory, cutoff: float) -> FloatArray:
-    """Friction of the identified model on prepared signals [N]."""
-    v, a = prepared(run, cutoff)
-    k = kernel(MODEL)
-    rows = np.column_stack([{"v": v, "a": a}.get(i.name, np.zeros(v.size)) for i in k.inputs])
-    return k.simulate(k.params("published"), run.time, rows)[:, [o.name for o in k.outputs].index("F")]
+def trial(found: Mapping[str, Trajectory]) -> Trial:
+    """The published set on both motions, with the noise that the reported MSE leaves room for."""
+    inputs = {"x": ("reference.y", 1.0), "v": ("reference.dy", 1.0), "a": ("reference.ddy", 1.0)}
+    output = f"{plant('printed', 'Eqs (10)-(12)')}.F"
+    motions = tuple(Motion(found[item], inputs, output, (0.0, 10.0)) for item in MOTIONS)
+    noise = math.sqrt(MSE["Fig. 6"].span.middle)
+    return Trial(MODEL, "published", "F", motions, NAMES, noise, 2e-2, encoder=COUNT)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from ..recovery import recovery_table
 from ..result import PaperResult
 from . import imposed
 from .equations import equation_claims
 from .figures import friction_figures, identified_figures, traces, tracking_figures
 from .friction import friction_claims, frictionless, haptic_runs
+from .identified import identified, identified_claims
 from .printed import FRICTION, IDENTIFIED, MOTIONS, TRACKING
 from .tracking import fit_table, map_figures, tracked, tracking_claims
 
@@ -16,16 +18,20 @@ def result(quick: bool = False) -> PaperResult:
     found = tracked(quick)
     best = found.fits["published"].completion
     runs, haptic, drawn = imposed.runs(), haptic_runs(best, quick), traces(best, quick)
+    sets = identified(runs, quick)
     claims = [
         *tracking_claims(found),
         *equation_claims(runs),
         *friction_claims(runs, haptic, frictionless(best)),
+        *identified_claims(sets),
     ]
     figures = {TRACKING[m]: tracking_figures(drawn, m) for m in MOTIONS}
     figures["Fig. 10"] += map_figures(found)
     figures |= {IDENTIFIED[m]: identified_figures(runs[m]) for m in MOTIONS}
     figures |= {FRICTION[m]: friction_figures(haptic, m) for m in MOTIONS}
-    return PaperResult(tuple(claims), figures, {"Fig. 10": fit_table(found)}, {"Fig. 10": TEXT})
+    tables = {"Fig. 10": fit_table(found), "Fig. 7": recovery_table(sets["friction"])}
+    tables["Fig. 8"] = recovery_table(sets["backlash"])
+    return PaperResult(tuple(claims), figures, tables, {"Fig. 10": TEXT})
 
 
 TEXT = (
