@@ -16,7 +16,17 @@ LOAD["m10_540"] = (1.0, 540.0, 0.198)
 
 @pytest.fixture(scope="module")
 def cases(fmus):
-    return scenario.cases({name: fmus(name) for name in scenario.FMUS})
+    """All cases, and those of an ideal drive under names that end in ``.ideal``: they have closed forms."""
+    units = {name: fmus(name) for name in scenario.FMUS}
+    ideal = {
+        f"{condition}.{name}.ideal": (
+            scenario.loop(units, condition, replace(scenario.VARIANTS[name], stepper=False), f"{condition}.{name}"),
+            scenario.EXPERIMENT,
+        )
+        for condition in LOAD
+        for name in ("uncompensated", "hanging", "layers")
+    }
+    return {**scenario.cases(units), **ideal}
 
 
 def found(cases, name, stop=None, **values):
@@ -39,7 +49,7 @@ def pulled(condition):
 @pytest.mark.parametrize("condition", LOAD)
 def test_without_winding_strain_error_and_lost_motion_are_closed_forms(cases, condition):
     _, _, at_driver, stretch = pulled(condition)
-    q, run = found(cases, f"{condition}.uncompensated", transmission__winding_strain=0)
+    q, run = found(cases, f"{condition}.uncompensated.ideal", transmission__winding_strain=0)
     slack = 1e3 * LOAD[condition][2]
     assert q["forward_max"] == pytest.approx(stretch, abs=1e-9)
     assert q["reverse_max"] == pytest.approx(slack + stretch, abs=1e-9)
@@ -52,7 +62,7 @@ def test_without_winding_strain_error_and_lost_motion_are_closed_forms(cases, co
 @pytest.mark.parametrize("condition", ["m05_180", "m10_540"])
 def test_a_hanging_weight_needs_no_slack(cases, condition):
     weight, lam, _, _ = pulled(condition)
-    q, run = found(cases, f"{condition}.hanging", transmission__winding_strain=0)
+    q, run = found(cases, f"{condition}.hanging.ideal", transmission__winding_strain=0)
     assert q["lost_motion"] == pytest.approx(1e3 * 2 * weight * L / EA * (math.cosh(lam) - 1) / lam, abs=1e-9)
     assert np.max(run.columns["transmission.T_b"]) == 0.0
     assert run.columns["transmission.slack_b"].min() > 0.9 * LOAD[condition][2]
@@ -63,7 +73,7 @@ def test_winding_strain_and_the_reported_forward_errors(cases):
     ours = {}
     for condition in LOAD:
         _, _, at_driver, stretch = pulled(condition)
-        q, run = found(cases, f"{condition}.uncompensated", stop=scenario.TURN)
+        q, run = found(cases, f"{condition}.uncompensated.ideal", stop=scenario.TURN)
         ours[condition] = q["forward_max"]
         follower = 1e3 * R * (run.columns["transmission.theta_out"][-1] - run.columns["transmission.theta_out"][0])
         wound = follower * (at_driver - T_0) / EA
@@ -98,10 +108,52 @@ def test_without_compensation_the_slack_shows_and_with_it_does_not(cases):
         assert wrong["reverse_max"] == pytest.approx(1.5, abs=1e-2)  # the driver turns back too little by that
 
 
+def turned_back(run, row):
+    """Angle by which the torque turns the stepper back, as tendon [mm]; a micro-step may be missing."""
+    return 1e3 * R * math.asin(float(run.columns["torque.y"][row]) / 1.9) / 50.0
+
+
+MICROSTEP = 1e3 * R * math.radians(1.8) / 16
+
+
+@pytest.mark.parametrize("condition", ["m05_180", "m10_540"])
+def test_the_stepper_adds_what_the_torque_turns_it_back(cases, condition):
+    """The whole drive: stretch, and the give of the motor under load and wheel friction, there and at its turn."""
+    _, _, at_driver, stretch = pulled(condition)
+    q, run = found(cases, f"{condition}.uncompensated", transmission__winding_strain=0)
+    turn = int(np.argmax(run.columns["reference.y"])) - 1
+    assert q["forward_end"] == pytest.approx(stretch + turned_back(run, turn), abs=2 * MICROSTEP)
+    # wheel friction of the layer that is wound, on the torque of the load
+    slipped = 0.16 * at_driver * 2 / 0.025 * scenario.SLIP
+    assert q["wheel_friction_max"] == pytest.approx(2 / math.sqrt(3) * slipped, rel=2e-3)
+    radius = R + 0.305e-3 / 2 + 0.305e-3 * math.sqrt(3) / 2  # of the second layer
+    expected = at_driver * R + 2 / math.sqrt(3) * slipped * radius
+    assert run.columns["torque.y"][turn] == pytest.approx(expected, rel=5e-3)
+    # on the way back friction on the wheel still opposes the motor, which now pulls with tendon b
+    assert run.columns["torque.y"][-20] == pytest.approx(-(at_driver * R + slipped * (R + 0.305e-3 / 2)), rel=5e-3)
+    assert abs(run.columns["stepper.theta"] - run.columns["reference.y"]).max() < math.tau / 50  # no step is lost
+
+
+def test_under_a_hanging_weight_wheel_friction_helps_the_motor_on_the_way_back(cases):
+    _, run = found(cases, "m05_180.hanging")
+    there, back = 700, 1400
+    assert run.columns["winding.F_w"][there] > 0.5
+    assert run.columns["torque.y"][there] > run.columns["transmission.T_a"][there] * R
+    assert run.columns["torque.y"][back] < run.columns["transmission.T_a"][back] * R
+
+
+def test_a_stepper_loses_steps_where_a_compensator_asks_for_the_slack_at_once(cases):
+    _, run = found(cases, "m05_180.compensated_stepper")
+    turn = int(np.argmax(run.columns["reference.y"]))
+    off = run.columns["compensator.theta_ff"] - run.columns["stepper.theta"]
+    assert abs(off[2:turn]).max() < math.tau / 50
+    assert abs(off[-1]) > 10 * math.tau / 50  # whole tooth pitches are lost
+
+
 def test_layers_alone_peak_at_two_thirds_of_the_stroke(cases):
     """Inextensible and without friction the radii decide: r_2/r_1 until the driver's layer is full, 1, then r_1/r_2."""
     rigid = {"transmission__EA": 1e12, "transmission__mu": 0, "transmission__T_0": 0}
-    q, run = found(cases, "m10_540.layers", stop=scenario.TURN, **rigid)
+    q, run = found(cases, "m10_540.layers.ideal", stop=scenario.TURN, **rigid)
     r_1 = 12.5 + 0.305 / 2
     r_2 = r_1 + 0.305 * math.sqrt(3) / 2
     theta = run.columns["reference.y"]

@@ -52,6 +52,16 @@ def test_wheel_friction_per_length_of_both_layers():
     assert at(100).F_w == 0.0  # published default: no slip length
 
 
+def test_the_torque_opposes_the_way_that_the_wheel_turned_last():
+    theta = [0.3, 0.5, 0.5, 0.9, 0.7, 0.7]
+    T = [8.1, 8.1, 9.0, 9.0, 9.0, 2.5]
+    names = [v.name for v in K.outputs]
+    y = K.simulate(K.params("published", {"s_w": 7e-3}), 0.1 * np.arange(6), np.column_stack([theta, T]))
+    force, radius, torque = (y[:, names.index(n)] for n in ("F_w", "r_w", "tau_w"))
+    np.testing.assert_allclose(torque, np.array([0, 1, 1, 1, -1, -1]) * force * radius, rtol=1e-14)
+    assert (force > 0.0).all()
+
+
 def test_layers_radii_and_fleet_angle():
     assert (at(1799.9).layer, at(1800).layer) == (1, 2)
     assert at(10).r_w == pytest.approx(12.6525e-3, abs=1e-12)

@@ -24,18 +24,17 @@ def stretch(case, EA=PLAIN):
 def loops():
     drives = {c: Drive(c, {"EA": PLAIN, "winding_strain": 0}, there=True) for c in CASES}
     drives["elastic"] = Drive("m05_180", {"EA": 5000.0, "winding_strain": 0, "slack": 0.0})
-    drives["slip"] = Drive("m05_180", {"winding_strain": 0, "s_w": 5e-3}, there=True)
+    drives["slip"] = Drive("m05_180", {"winding_strain": 0}, slip=5e-3, there=True)
     gain, offset = _from_first_displacement("m05_180")
     drives["compensated"] = Drive("m05_180", there=True, command=(gain, offset))
     values = {"layers": 1, "n_t": 6.67, "winding_strain": 0}
-    drives["layers"] = Drive("m05_180", values, there=True, lead=4e-3)
+    drives["layers"] = Drive("m05_180", values, there=True)
     return runs(drives)
 
 
 def turned_back(run):
     """Angle by which the load turns the stepper back, as tendon [mm]."""
-    torque = float(run.columns["transmission.T_a"][-1]) * R + float(run.columns["winding.F_w"][-1]) * R
-    return 1e3 * R * math.asin(torque / 1.9) / 50.0
+    return 1e3 * R * math.asin(float(run.columns["torque.y"][-1]) / 1.9) / 50.0
 
 
 @pytest.mark.parametrize("case", CASES)

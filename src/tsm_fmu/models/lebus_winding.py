@@ -7,6 +7,7 @@ Jia et al., Adv. Mech. Eng. 2020, Eqs (1)-(13), with the corrections of the prin
     f'    = 2 mu T cos(gamma)/D                       layer 1                                                (7)-(9)
     f'    = 4 sqrt(3) mu T cos(gamma)/(3 D_j)         layers j >= 2, D_j = D + (j - 2) d sqrt(3)           (10)-(13)
     F_w   = f' s_w                                                                                              (W)
+    tau_w = F_w r_w sign(dtheta)                                 on the motor; at rest the last sign, 0 before any  (T)
 
 Where the print is wrong:
 
@@ -28,6 +29,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from .contract import Condition, DefaultExperiment, Preset, Quantity, Roles
+from .laws.signs import held_sign
 from .lebus.geometry import TWO_PI, groove_drop, layer_radius, layers_below, wheel_friction
 
 NAME = "LebusWinding"
@@ -66,6 +68,7 @@ class Params(NamedTuple):
 
 class State(NamedTuple):
     theta: Annotated[float, Quantity("rad", "wheel angle at the end of the last step")]
+    way: Annotated[float, Quantity("1", "last sign of the wheel's speed, 0 before it moves")]
 
 
 class Inputs(NamedTuple):
@@ -79,6 +82,7 @@ class Outputs(NamedTuple):
     gamma: Annotated[float, Quantity("rad", "fleet angle, Eqs (5) and (6)", display="deg")]
     layer: Annotated[int, Quantity("1", "layer that is being wound, from 1", lo=1, hi=20)]
     r_w: Annotated[float, Quantity("m", "winding radius, Eq (L) of lebus_geometry", display="mm")]
+    tau_w: Annotated[float, Quantity("N.m", "torque of that friction, opposes the wheel's motion, Eq (T)")]
 
 
 PRESETS = {
@@ -112,7 +116,7 @@ CONDITIONS = (
 )
 
 
-def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+def wound(p: Params, u: Inputs, way: float) -> tuple[State, Outputs]:
     layer_angle = TWO_PI * p.n_t
     if u.theta < 0.0:
         raise ValueError("theta is negative -- the grooves begin at 0 -- start the wheel where winding begins")
@@ -128,8 +132,12 @@ def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
     gamma = math.atan(abs(z_p - 0.5 * p.L_d0) / p.L_c)  # (5), (6)
     F_w = wheel_friction(p.mu, u.T, gamma, p.D, p.d, filled) * p.s_w  # (W)
     r_w = layer_radius(0.5 * (p.D + p.d), 0.5 * math.sqrt(3.0) * p.d, filled)  # (L)
-    return State(u.theta), Outputs(F_w, z_p, gamma, filled + 1, r_w)
+    return State(u.theta, way), Outputs(F_w, z_p, gamma, filled + 1, r_w, way * F_w * r_w)  # (T)
+
+
+def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
+    return wound(p, u, 0.0)
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
-    return start(p, u)
+    return wound(p, u, held_sign(u.theta - s.theta, s.way))

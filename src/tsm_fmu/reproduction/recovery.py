@@ -5,8 +5,8 @@ identified by the papers' way (genetic search, then simplex) and by least square
 20 % off. How well the data determine each value is told twice: by the curvature of the error (condition number of the
 Hessian) and by its profile (95 % intervals, all other values fitted anew at each point).
 
-A value counts as recovered if its interval holds the published one and is narrower than the value itself on either side:
-its sign is then known.
+A value counts as recovered if its interval holds the published one and is narrower than the value itself on either
+side: its sign is then known.
 """
 
 from __future__ import annotations

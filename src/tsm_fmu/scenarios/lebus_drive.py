@@ -2,12 +2,17 @@
 
 ::
 
-    reference (785 mm there and back, 0.05 m/s) [-> compensator] -> driver angle -> transmission -> follower
-    load schedule: weight m g on the follower -> tau_load, and to the compensator as measured load tension
+    reference (785 mm there and back, 0.05 m/s) -> stepper -> transmission -> follower with the weight m g -> tau_load
+                                                     ^---- torque: tau_in ----'|
+                                                     '---- torque: tau_w -- winding (grooves, wheel friction)
 
-The stepper motor is ideal: the driver wheel is where it is commanded. Its micro-stepping is not published; full steps
-of 1.8 deg would be 0.39 mm of tendon. How the weight hangs is not published either, and decides what a reversal
-shows:
+The motor is the stepper motor of the paper on 16 micro-steps: the load turns it back by a part of a step. Its wheel has
+the grooves of `LebusWinding`, on which the tendon slips by s_w (not published; 5 mm here), so that winding friction
+loads the motor. A compensator asks for the whole slack in one step, which no stepper follows: variants named
+``compensated`` have an ideal drive, the wheel where it is commanded, but for ``compensated_stepper``, which shows what
+the motor makes of it. ``ideal_drive`` is ``uncompensated`` without motor and winding.
+
+How the weight hangs is not published, and decides what a reversal shows:
 
 * ``hanging``: m g on tendon a whichever way the driver turns. The weight turns the follower back at once, tendon b is
   never needed, and its slack is never seen: the lost motion is elastic.
@@ -15,19 +20,18 @@ shows:
   up the slack, and hangs on tendon b on the way back. Only so is there a lost motion of 156 to 206 mm, and its main
   part is the slack, a parameter taken from those very numbers (`LebusTransmission`): no prediction.
 
-A compensator takes the slack up in one step of the driver (an ideal drive), so there the load changes sides at once.
+Where a compensator takes the slack up at once the load changes sides at once.
 
 Cases are named ``condition.variant``; conditions ``m05_180`` ... ``m10_540`` are load (0.5 or 1 kg) and total bend.
-Variants: ``uncompensated``, ``hanging``, ``layers`` (winding radii grow by layer), ``compensated`` (compensator with
-the parameters of the transmission), ``compensated_path_only`` (without winding strain: the equations of the paper, on
-a transmission that has it) and ``compensated_lugre`` (with the LuGre term of Eq (40), on a transmission that has
-none).
+Further variants: ``layers`` (winding radii grow by layer), ``compensated`` (compensator with the parameters of the
+transmission), ``compensated_path_only`` (without winding strain: the equations of the paper, on a transmission that has
+it) and ``compensated_lugre`` (with the LuGre term of Eq (40), on a transmission that has none).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -42,9 +46,6 @@ from ..kernels.kernel import kernel
 from .lebus_report import write_lebus_report
 from .papers import (
     FORWARD_MM,
-    MAXIMUM_FORWARD_MM,
-    MAXIMUM_REVERSE_MM,
-    NAMES,
     RESIDUAL_FORWARD_MM,
     RESIDUAL_REVERSE_MM,
     REVERSE_MM,
@@ -53,7 +54,7 @@ from .papers import (
 )
 
 NAME = "lebus_drive"
-FMUS = ("ReferenceSignal", "LebusCompensator", "LebusTransmission", "Sum")
+FMUS = ("ReferenceSignal", "LebusCompensator", "StepperMotor", "LebusTransmission", "LebusWinding", "Sum")
 RECORD = (
     "reference.y",
     "load.y",
@@ -63,6 +64,11 @@ RECORD = (
     "transmission.elongation",
     "transmission.slack_b",
     "transmission.stage",
+    "stepper.theta",
+    "compensator.theta_ff",
+    "torque.y",
+    "winding.F_w",
+    "winding.layer",
 )
 RADIUS = 0.0125
 """Radius of the wheels [m]."""
@@ -88,45 +94,54 @@ REPORTED: Reported = {
 }
 """AME 2020: Figs 16 and 17; Figs 19 and 20 (one pair of ranges for both cases)."""
 
-CONTRADICTIONS = (
-    *(
-        (f"Fig. 13: largest forward error, {NAMES[c]}", largest, f"{FORWARD_MM[c]:g} in Fig. 16")
-        for c, largest in MAXIMUM_FORWARD_MM.items()
-    ),
-    *(
-        (f"Fig. 14: largest error in reverse hysteresis, {NAMES[c]}", largest, f"{REVERSE_MM[c]:g} in Fig. 17")
-        for c, largest in MAXIMUM_REVERSE_MM.items()
-    ),
-    *(
-        (
-            f"Fig. 18: forward error, {mass}, one bend not named",
-            value,
-            f"{FORWARD_MM[f'{key}_180']:g} or {FORWARD_MM[f'{key}_540']:g} in Fig. 16",
-        )
-        for key, mass, value in zip(("m05", "m10"), ("0.5 kg", "1 kg"), SAME_BEND_MM["forward"], strict=True)
-    ),
+CONTRADICTIONS = tuple(
+    (
+        f"Fig. 18: forward error, {mass}, one bend not named",
+        value,
+        f"{FORWARD_MM[f'{key}_180']:g} or {FORWARD_MM[f'{key}_540']:g} in Fig. 16",
+    )
+    for key, mass, value in zip(("m05", "m10"), ("0.5 kg", "1 kg"), SAME_BEND_MM["forward"], strict=True)
 )
 """Numbers of the paper [mm] that others of its own contradict."""
+SLIP = 5e-3
+"""Length over which the tendon slips on the wheel [m]; assumed."""
+LEAD = 0.02
+"""Where the wheels stand at the start [rad]: the grooves begin at 0, and the load turns the motor back by 0.01."""
 
 
 @dataclass(frozen=True)
 class Variant:
-    """Changes to transmission and compensator (None: none), and whether the weight changes sides."""
+    """What a case changes.
 
-    transmission: Mapping[str, Value]
-    compensator: Mapping[str, Value] | None
-    changes_sides: bool
+    Attributes
+    ----------
+    transmission : mapping
+        Parameters of it.
+    compensator : mapping or None
+        Parameters of it; None: there is none.
+    changes_sides : bool
+        Whether the weight hangs on tendon b on the way back.
+    stepper : bool
+        Whether motor and winding are there; else the wheel is where it is commanded.
+    """
+
+    transmission: Mapping[str, Value] = field(default_factory=dict)
+    compensator: Mapping[str, Value] | None = None
+    changes_sides: bool = True
+    stepper: bool = True
 
 
 VARIANTS = {
-    "uncompensated": Variant({}, None, True),
-    "hanging": Variant({}, None, False),
-    "compensated": Variant({}, {}, True),
-    "layers": Variant({"layers": 1}, None, True),
-    "compensated_path_only": Variant({}, {"winding_strain": 0}, True),
-    "compensated_lugre": Variant({}, {"lugre": 1}, True),
+    "uncompensated": Variant(),
+    "hanging": Variant(changes_sides=False),
+    "ideal_drive": Variant(stepper=False),
+    "compensated": Variant(compensator={}, stepper=False),
+    "layers": Variant({"layers": 1}),
+    "compensated_path_only": Variant(compensator={"winding_strain": 0}, stepper=False),
+    "compensated_lugre": Variant(compensator={"lugre": 1}, stepper=False),
+    "compensated_stepper": Variant(compensator={}),
 }
-COMMON = ("uncompensated", "hanging", "compensated")
+COMMON = ("uncompensated", "hanging", "ideal_drive", "compensated")
 CASES = {
     "m05_180": tuple(VARIANTS),
     "m05_540": COMMON,
@@ -138,44 +153,77 @@ CASES = {
 def cases(fmus: Mapping[str, Path]) -> dict[str, Case]:
     """All cases, from the FMUs by model name."""
     return {
-        f"{condition}.{variant}": (loop(fmus, condition, variant), EXPERIMENT)
-        for condition, variants in CASES.items()
-        for variant in variants
+        f"{condition}.{name}": (loop(fmus, condition, VARIANTS[name], f"{condition}.{name}"), EXPERIMENT)
+        for condition, names in CASES.items()
+        for name in names
     }
 
 
-def loop(fmus: Mapping[str, Path], condition: str, variant: str) -> System:
-    """Return the drive under one load and bend."""
-    chosen = VARIANTS[variant]
+def loop(
+    fmus: Mapping[str, Path], condition: str, variant: Variant, name: str, *, slip: float = SLIP, lead: float = LEAD
+) -> System:
+    """Return the drive under one load and bend; ``slip`` [m] and ``lead`` [rad] as `SLIP` and `LEAD`."""
     preset = kernel("LebusTransmission").presets[condition].si
     slack = kernel("LebusTransmission").params(condition).slack
-    take_up = slack / (SPEED * RADIUS) if chosen.compensator is None else 0.0
+    take_up = slack / (SPEED * RADIUS) if variant.compensator is None else 0.0
     torque = WEIGHT_N[condition] * RADIUS
     weight: dict[str, Value] = {"k1": 0.5 * torque, "k2": 0.5 * torque, "k3": 0.0, "u3": 0.0}
-    if not chosen.changes_sides:
+    if not variant.changes_sides:
         weight = {"k1": 0.0, "k2": 0.0, "k3": torque, "u3": 1.0}
+    lead = lead if variant.stepper else 0.0
+    stroke: dict[str, Value] = {"kind": 2, "speed": SPEED, "stroke": STROKE, "cycles": 1.0, "offset": lead}
     components = [
-        Component("reference", fmus["ReferenceSignal"], {"kind": 2, "speed": SPEED, "stroke": STROKE, "cycles": 1.0}),
+        Component("reference", fmus["ReferenceSignal"], stroke),
         Component("set_down", fmus["ReferenceSignal"], square_wave(TURN + 0.5 * STEP)),
         Component("hung_on_b", fmus["ReferenceSignal"], square_wave(TURN + 0.5 * STEP + take_up)),
         Component("load", fmus["Sum"], weight),
-        Component("transmission", fmus["LebusTransmission"], {**preset, **chosen.transmission}),
+        Component("transmission", fmus["LebusTransmission"], {**preset, **variant.transmission}),
     ]
     wires = [
         Connection("set_down.dy", "load.u1"),
         Connection("hung_on_b.dy", "load.u2"),
         Connection("load.y", "transmission.tau_load"),
     ]
-    if chosen.compensator is None:
-        wires += [Connection("reference.y", "transmission.theta_in")]
-    else:
-        components.insert(4, Component("compensator", fmus["LebusCompensator"], {**preset, **chosen.compensator}))
+    command = "reference.y"
+    if variant.compensator is not None:
+        components.append(Component("compensator", fmus["LebusCompensator"], {**preset, **variant.compensator}))
         wires += [
             Connection("reference.y", "compensator.theta_r"),
             Connection("load.y", "compensator.T_measured", 1.0 / RADIUS),
-            Connection("compensator.theta_ff", "transmission.theta_in"),
         ]
-    return System(tuple(components), tuple(wires), f"{condition}.{variant}")
+        command = "compensator.theta_ff"
+    if variant.stepper:
+        before = slack / RADIUS if variant.compensator is not None else 0.0  # wound at the start, for the way back
+        components += _driver(fmus, slip, lead, before)
+        wires += [Connection(command, "stepper.theta_cmd"), *_DRIVEN]
+    else:
+        wires.append(Connection(command, "transmission.theta_in"))
+    return System(tuple(components), tuple(wires), name)
+
+
+def _driver(fmus: Mapping[str, Path], slip: float, lead: float, before: float) -> list[Component]:
+    """Motor, wheel with its grooves, and the torque of tendons and wheel on the motor."""
+    grooves: dict[str, Value] = {"n_t": kernel("LebusTransmission").params().n_t, "L_d0": 3.3e-3, "s_w": slip}
+    return [
+        Component("stepper", fmus["StepperMotor"], {"theta_0": lead}),
+        Component("wheel", fmus["Sum"], {"u2": before, "u3": 0.0}),
+        Component("tension", fmus["Sum"], {"u3": 0.0}),
+        Component("winding", fmus["LebusWinding"], grooves),
+        Component("torque", fmus["Sum"], {"u3": 0.0}),
+    ]
+
+
+_DRIVEN = (
+    Connection("stepper.theta", "transmission.theta_in"),
+    Connection("stepper.theta", "wheel.u1"),
+    Connection("wheel.y", "winding.theta"),
+    Connection("transmission.T_a", "tension.u1"),
+    Connection("transmission.T_b", "tension.u2"),
+    Connection("tension.y", "winding.T"),
+    Connection("transmission.tau_in", "torque.u1"),
+    Connection("winding.tau_w", "torque.u2"),
+    Connection("torque.y", "stepper.tau_load"),
+)
 
 
 def square_wave(turn: float) -> dict[str, Value]:
@@ -187,7 +235,8 @@ def quantities(name: str, run: Trajectory) -> dict[str, Metric]:
     """Errors of the follower [mm of tendon] on the way there and back.
 
     ``forward_*``: reference minus follower from the first step to the turn; ``reverse_max``: largest deviation on
-    the way back; ``lost_motion``: how much that error falls from the turn on.
+    the way back; ``lost_motion``: how much that error falls from the turn on. Cases with a motor also have the largest
+    torque on it and the largest friction on its wheel.
     """
     error = error_mm(run)
     there = (run.time > 0.5 * EXPERIMENT.step) & (run.time < TURN + 0.25 * STEP)
@@ -195,7 +244,7 @@ def quantities(name: str, run: Trajectory) -> dict[str, Metric]:
     found: dict[str, float] = {}  # mm
     if there.any():
         worst = int(np.argmax(np.abs(error[there])))
-        travel = 1e3 * RADIUS * run.columns["reference.y"]
+        travel = 1e3 * RADIUS * (run.columns["reference.y"] - run.columns["reference.y"][0])
         found |= {
             "forward_max": float(np.abs(error[there])[worst]),
             "forward_max_at": float(travel[there][worst]),
@@ -206,7 +255,18 @@ def quantities(name: str, run: Trajectory) -> dict[str, Metric]:
             "reverse_max": float(np.max(np.abs(error[back]))),
             "lost_motion": float(error[there][-1] - np.min(error[back])),
         }
-    return {quantity: Metric(value, "mm") for quantity, value in found.items()}
+    metrics = {quantity: Metric(value, "mm") for quantity, value in found.items()}
+    return metrics | _driver_metrics(run)
+
+
+def _driver_metrics(run: Trajectory) -> dict[str, Metric]:
+    """Largest torque on the motor, and friction on its wheel, where the case has them."""
+    if "stepper.theta" not in run.columns:
+        return {}
+    return {
+        "motor_torque_max": Metric(float(np.max(np.abs(run.columns["torque.y"]))), "N.m"),
+        "wheel_friction_max": Metric(float(np.max(run.columns["winding.F_w"])), "N"),
+    }
 
 
 def error_mm(run: Trajectory) -> NDArray[np.float64]:

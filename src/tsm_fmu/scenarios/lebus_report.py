@@ -60,6 +60,11 @@ def _table(found: Found, reported: Reported) -> Section:
     ]
     columns = ("forward_max", "forward_max_at", "forward_end", "reverse_max", "lost_motion")
     every = [(name, *(rounded(q, column) for column in columns)) for name, q in found.items()]
+    driven = [
+        (name, *(rounded(q, column) for column in ("motor_torque_max", "wheel_friction_max")))
+        for name, q in found.items()
+        if "motor_torque_max" in q
+    ]
     text = (
         "Errors in mm of tendon, reference minus follower. The way back is a consequence of the parameter slack, "
         "chosen per case from the reported values; elastic strain adds the rest.\n\nA weight that hangs on one tendon "
@@ -73,6 +78,7 @@ def _table(found: Found, reported: Reported) -> Section:
     tables = [
         Table(("case", "there", "paper", "back", "paper"), beside, "Largest error [mm]." + _fit(found, reported)),
         Table(("case", "there", "at travel", "at the turn", "back", "lost motion"), every, "Largest error [mm]"),
+        Table(("case", "torque on the motor [N.m]", "friction on its wheel [N]"), driven, "Largest values"),
     ]
     return Section("Errors there and back", text, tables)
 

@@ -104,13 +104,13 @@ def displacement_figures(f: Found) -> dict[str, Panels]:
         "Fig. 16": (
             plot(
                 _lines(there, CASES, 1),
-                f"One radius, EA {f.EA:.0f} N" + (", with winding strain (ours)" if f.wound else ", Eqs (23), (30)"),
+                f"One radius, EA {f.EA:.0f} N" + _told(f),
                 "s_in [mm]",
                 "error [mm]",
                 points=ends,
             ),
             plot(
-                [Line(NAMES[c], travel(f.runs[f"there.0.{c}"]), error(f.runs[f"there.0.{c}"])) for c in CASES],
+                [Line(NAMES[c], travel(f.runs[f"there.plain.{c}"]), error(f.runs[f"there.plain.{c}"])) for c in CASES],
                 "One radius, Eqs (23), (30) alone",
                 "s_in [mm]",
                 "error [mm]",
@@ -228,3 +228,8 @@ def calibration_figure() -> Panels:
     return (
         plot(lines, "Calibration", "pressure [N]", "tensile force [N]", points=[("Table 1", PRESSURE_N, TENSION_N)]),
     )
+
+
+def _told(f: Found) -> str:
+    parts = [", with winding strain (ours)"] * f.reading.wound + [", preload of tendon b kept"] * f.reading.kept
+    return "".join(parts) or ", Eqs (23), (30)"

@@ -2,11 +2,9 @@
 
 ::
 
-    reference [-> compensation] -> command -> stepper -> transmission -> follower with the weight
-                                                 ^-- torque: transmission tau_in, winding F_w D/2
+    reference [-> compensation -> command] -> drive of `lebus_drive`: stepper, winding, transmission, weight
 
-The wheel has the friction of Eqs (7)-(13) with the slip length ``s_w``; it loads the motor, and in the transmission the
-tendon.
+The wheel has the friction of Eqs (7)-(13) with the slip length ``slip``; it loads the motor.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ from ...scenarios import lebus_drive
 from ..loops import FMUS, co_simulate
 
 RADIUS, STEP = lebus_drive.RADIUS, lebus_drive.STEP
-RECORD = (*lebus_drive.RECORD, "winding.F_w", "stepper.theta")
+RECORD = lebus_drive.RECORD
 
 
 @dataclass(frozen=True)
@@ -36,23 +34,26 @@ class Drive:
     case : str
         ``m05_180`` ... ``m10_540``.
     values : mapping
-        Of LebusTransmission; ``s_w``, ``n_t`` and ``n_layers`` go to the winding as well.
-    variant : str
-        Of `lebus_drive`.
+        Of LebusTransmission; ``n_t`` and ``n_layers`` go to the winding as well.
+    slip : float
+        Length over which the tendon slips on the wheel [m].
     there : bool
         The way there only.
     command : tuple of float
         Gain and offset [rad] of the command, from a compensation; the offset is taken up at the speed of the stroke.
     lead : float
         Angle at which the driver starts [rad]: inside the grooves, where these begin at 0.
+    kept : float
+        Tension that tendon b keeps, and that tendon a carries besides the weight [N].
     """
 
     case: str
     values: Mapping[str, Value] = field(default_factory=dict)
-    variant: str = "uncompensated"
+    slip: float = 0.0
     there: bool = False
     command: tuple[float, float] = (1.0, 0.0)
-    lead: float = 0.0
+    lead: float = lebus_drive.LEAD
+    kept: float = 0.0
 
 
 def runs(drives: Mapping[str, Drive]) -> dict[str, Trajectory]:
@@ -64,49 +65,35 @@ def _case(drive: Drive) -> Case:
     experiment = lebus_drive.EXPERIMENT
     if drive.there:
         experiment = replace(experiment, stop=round(lebus_drive.TURN / STEP) * STEP)
-    return _with_stepper(drive), experiment
+    return _system(drive), experiment
 
 
-def _with_stepper(drive: Drive) -> System:
-    loop = lebus_drive.loop({m: FMUS[m] for m in lebus_drive.FMUS}, drive.case, drive.variant)
-    parts = {c.name: c for c in loop.components}
-    transmission = parts["transmission"]
-    values = {**transmission.parameters, **drive.values}
-    parts["transmission"] = replace(transmission, parameters=values)
-    shared = {n: values[n] for n in ("s_w", "n_t", "n_layers") if n in drive.values}
-    parts["stepper"] = Component("stepper", FMUS["StepperMotor"], {"theta_0": drive.lead})
-    parts["torque"] = Component("torque", FMUS["Sum"], {"k2": RADIUS, "u3": 0.0})
-    parts["winding"] = Component("winding", FMUS["LebusWinding"], {"n_t": 6.67, "L_d0": 3.3e-3, **shared})
-    wires = [w for w in loop.connections if w.target != "transmission.theta_in"]
+def _system(drive: Drive) -> System:
+    fmus, variant = {m: FMUS[m] for m in lebus_drive.FMUS}, lebus_drive.VARIANTS["uncompensated"]
+    loop = lebus_drive.loop(fmus, drive.case, variant, drive.case, slip=drive.slip, lead=drive.lead)
+    shared = {f"winding.{n}": repr(drive.values[n]) for n in ("n_t", "n_layers") if n in drive.values}
+    load = {"load.k3": repr(drive.kept * RADIUS), "load.u3": "1.0"} if drive.kept else {}
+    loop = loop.with_values({f"transmission.{n}": repr(v) for n, v in drive.values.items()} | shared | load)
     if drive.command == (1.0, 0.0):
-        parts["reference"] = replace(
-            parts["reference"], parameters={**parts["reference"].parameters, "offset": drive.lead}
-        )
-        wires += [Connection("reference.y", "stepper.theta_cmd")]
-    else:
-        gain, offset = drive.command
-        parts["command"] = Component("command", FMUS["Sum"], {"k1": gain, "u3": 0.0})
-        take_up: dict[str, Value] = {"kind": 2, "speed": lebus_drive.SPEED, "stroke": offset, "cycles": 0.5}
-        parts["take_up"] = Component("take_up", FMUS["ReferenceSignal"], take_up)
-        wires += [
-            Connection("reference.y", "command.u1"),
-            Connection("take_up.y", "command.u2"),
-            Connection("command.y", "stepper.theta_cmd"),
-        ]
-    wires += [
-        Connection("stepper.theta", "transmission.theta_in"),
-        Connection("reference.y", "winding.theta"),
-        Connection("transmission.T_a", "winding.T"),
-        Connection("transmission.tau_in", "torque.u1"),
-        Connection("winding.F_w", "torque.u2"),
-        Connection("torque.y", "stepper.tau_load"),
-    ]
-    return replace(loop, components=tuple(parts.values()), connections=tuple(wires))
+        return loop
+    gain, offset = drive.command
+    take_up: dict[str, Value] = {"kind": 2, "speed": lebus_drive.SPEED, "stroke": offset, "cycles": 0.5}
+    command = (
+        Component("command", FMUS["Sum"], {"k1": gain, "u3": 0.0}),
+        Component("take_up", FMUS["ReferenceSignal"], take_up),
+    )
+    wires = (
+        Connection("reference.y", "command.u1"),
+        Connection("take_up.y", "command.u2"),
+        Connection("command.y", "stepper.theta_cmd"),
+    )
+    kept = tuple(w for w in loop.connections if w.target != "stepper.theta_cmd")
+    return replace(loop, components=(*loop.components, *command), connections=(*kept, *wires))
 
 
 def travel(run: Trajectory) -> FloatArray:
     """Commanded tendon [mm]."""
-    return 1e3 * RADIUS * run.columns["reference.y"]
+    return 1e3 * RADIUS * (run.columns["reference.y"] - run.columns["reference.y"][0])
 
 
 def error(run: Trajectory) -> FloatArray:

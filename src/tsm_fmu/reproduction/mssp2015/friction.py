@@ -73,7 +73,7 @@ def _newton(run: Trajectory) -> Claim:
     needed = 0.5 * float(np.abs(force).max())
     area = WIRES * math.pi / 4.0 * WIRE_M**2
     low, high = (area * strength for strength in STRENGTH_PA)
-    std = float(np.mean([trial.value for trial in TRIALS["periodic"]["friction_std"]]))
+    std = reported_deviation()
     share = 100.0 * std / (2.0 * needed)
     return statement_claim(
         "mssp2015.newton",
@@ -155,6 +155,11 @@ def _no_help(runs: Mapping[str, Trajectory]) -> Claim:
         },
         method=Method.CO_SIMULATION,
     )
+
+
+def reported_deviation() -> float:
+    """Mean of Table 1's standard deviations of the friction error [N]."""
+    return float(np.mean([trial.value for trial in TRIALS["periodic"]["friction_std"]]))
 
 
 def radius() -> float:

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from ...cosim.trajectory import Trajectory
-from ...scenarios.papers import TRIALS
 from ..claims import Claim, Open
 from ..recovery import Motion, Recovery, Trial, recovered, recovery_claim
 from ..verdict import Kind
 from .completion import COUNT
-from .friction import radius
+from .friction import radius, reported_deviation
 from .printed import IDENTIFIED, MOTIONS
 
 STATES = "'the obtained model parameters will be used as an initial guess in the Nelder-Mead Simplex method'"
@@ -24,7 +21,7 @@ NAMES = {
 
 def identified(runs: Mapping[str, Trajectory], quick: bool) -> dict[str, Recovery]:
     """Identify both sets again from the runs of their FMUs."""
-    force = float(np.mean(TRIALS["periodic"]["friction_std_N"])) * 1e3 * radius()  # F as printed, read as N.mm
+    force = reported_deviation() * 1e3 * radius()  # F as printed, read as N.mm
     moved = {"x": ("reference.y", 1.0), "v": ("reference.dy", 1.0), "a": ("reference.ddy", 1.0)}
     return recovered(
         {
