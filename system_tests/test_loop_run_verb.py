@@ -10,7 +10,8 @@ from tsm_fmu.cli.app import run
 # scenario, case, stop, a quantity of that case and its unit, what the report is called
 RUNS = [
     ("single_tsm_force", "bouc_wen.multi_periodic.lugre", "6", "error_rms", "N", "Distal tension"),
-    ("lebus_drive", "m05_180.compensated_path_only", "20", "lost_motion", "mm", "LeBus"),
+    ("lebus_drive", "m05_180.uncompensated", "20", "lost_motion", "mm", "LeBus"),
+    ("single_tsm_drive", "08_hz.2_mm", "2", "followed", "mm", "Single tendon-sheath drive"),
     ("tendon_drive_loop", "motor.spring", "6", "work_lost", "J", "Tendon drive loop"),
     ("configuration_independence", "bends_apart", "7", "ratio_pull", "1", "Configuration independence"),
 ]

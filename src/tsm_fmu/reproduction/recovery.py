@@ -121,7 +121,7 @@ class Recovery:
 
 
 def recovered(trials: Mapping[str, Trial], quick: bool) -> dict[str, Recovery]:
-    """Every trial by every method; ``quick``: least squares on the true signals alone, with linear intervals."""
+    """Every trial by every method; ``quick``: least squares alone, from one start, with linear intervals."""
     jobs = {(name, method): trial for name, trial in trials.items() for method in _methods(trial, quick)}
     fits = side_by_side(_identified, [(trial, method, quick) for (_, method), trial in jobs.items()])
     done = dict(zip(jobs, fits, strict=True))
@@ -153,6 +153,7 @@ def _identified(trial: Trial, method: str, quick: bool) -> _Found:
         [trial.channel],
         search_space(k, trial.preset, start, fixed),
         method="paper" if method == GENETIC else "fast",
+        single_start=quick,
         intervals="profile" if method == LEAST_SQUARES and not quick else "linear",
         seed=1,
     )

@@ -5,9 +5,23 @@ metrics in the JSON output, and ``write_scenario_report(path, runs, metrics, bes
 ``quantities(case, run)``: numbers of its own by name, each a `Metric` with its unit, for the metrics of the case.
 """
 
-from . import configuration_independence, lebus_drive, mssp_feedforward, single_tsm_force, tendon_drive_loop
+from . import (
+    configuration_independence,
+    lebus_drive,
+    mssp_feedforward,
+    single_tsm_drive,
+    single_tsm_force,
+    tendon_drive_loop,
+)
 
 SCENARIOS = {
     module.NAME: module
-    for module in (mssp_feedforward, single_tsm_force, lebus_drive, configuration_independence, tendon_drive_loop)
+    for module in (
+        mssp_feedforward,
+        single_tsm_force,
+        single_tsm_drive,
+        lebus_drive,
+        configuration_independence,
+        tendon_drive_loop,
+    )
 }
