@@ -20,7 +20,9 @@ def cases(fmus):
     units = {name: fmus(name) for name in scenario.FMUS}
     ideal = {
         f"{condition}.{name}.ideal": (
-            scenario.loop(units, condition, replace(scenario.VARIANTS[name], stepper=False), f"{condition}.{name}"),
+            scenario.loop(
+                units, condition, replace(scenario.VARIANTS[name], stepper=False, lead=0.0), f"{condition}.{name}"
+            ),
             scenario.EXPERIMENT,
         )
         for condition in LOAD

@@ -8,6 +8,7 @@ from tsm_fmu.reproduction.ame2020.displacement import PLAIN, _from_first_displac
 from tsm_fmu.reproduction.ame2020.grooves import Grooves, faults
 from tsm_fmu.reproduction.ame2020.loops import Drive, at_end, compensated_error, error, lost_motion, runs, travel
 from tsm_fmu.reproduction.ame2020.tendon import modulus_band, solid_tex
+from tsm_fmu.scenarios.lebus_drive import LEAD
 from tsm_fmu.scenarios.papers import CASES
 
 MU, L, T_0, R = 0.16, 1.5, 1.1, 0.0125
@@ -28,7 +29,7 @@ def loops():
     gain, offset = _from_first_displacement("m05_180")
     drives["compensated"] = Drive("m05_180", there=True, command=(gain, offset))
     values = {"layers": 1, "n_t": 6.67, "winding_strain": 0}
-    drives["layers"] = Drive("m05_180", values, there=True)
+    drives["layers"] = Drive("m05_180", values, there=True, lead=LEAD)
     return runs(drives)
 
 

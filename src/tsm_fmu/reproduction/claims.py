@@ -207,7 +207,7 @@ def statement_claim(
     kind = about.get("kind", Kind.PRINT)
     verdict = judge_readings(kind, readings)
     compared = ", ".join(f"{name}: {c}" for name, c in readings.items())
-    ours = ", ".join(number(c.value) if len(readings) == 1 else f"{n}: {number(c.value)}" for n, c in readings.items())
+    ours = "; ".join(number(c.value) if len(readings) == 1 else f"{n}: {number(c.value)}" for n, c in readings.items())
     numbers = {n: {"value": c.value, "relation": c.relation, "limit": c.limit} for n, c in readings.items()}
     return _row(
         key, items, quantity, unit, (states, ours), (verdict, compared), {"readings": numbers}, About(kind=kind) | about

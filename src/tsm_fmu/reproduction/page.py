@@ -102,8 +102,8 @@ def _row(claim: Claim) -> dict[str, Any]:
         "item": claim.items[0],
         "more_items": ", ".join(claim.items[1:]),
         "quantity": claim.quantity + unit,
-        "printed": "" if claim.printed == NOTHING else claim.printed,
-        "ours": "" if claim.ours == NOTHING else claim.ours,
+        "printed": _lines(claim.printed),
+        "ours": _lines(claim.ours),
         "verdict": SHORT[claim.verdict],
         "slug": slug(claim.verdict),
         "reason": claim.reason,
@@ -115,6 +115,13 @@ def _row(claim: Claim) -> dict[str, Any]:
         "source": source(claim.code),
         "test": f"tests/reproduction/test_claims.py, {claim.key}",
     }
+
+
+def _lines(text: str) -> list[str]:
+    """Several values one below the other; a sentence of the paper stays whole."""
+    if text == NOTHING:
+        return []
+    return [text] if "'" in text else text.split("; ")
 
 
 @cache

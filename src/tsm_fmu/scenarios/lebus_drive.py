@@ -106,7 +106,7 @@ CONTRADICTIONS = tuple(
 SLIP = 5e-3
 """Length over which the tendon slips on the wheel [m]; assumed."""
 LEAD = 0.02
-"""Where the wheels stand at the start [rad]: the grooves begin at 0, and the load turns the motor back by 0.01."""
+"""Where wheels with grooves stand at the start [rad]: these begin at 0, and the load turns the motor back by 0.01."""
 
 
 @dataclass(frozen=True)
@@ -123,12 +123,15 @@ class Variant:
         Whether the weight hangs on tendon b on the way back.
     stepper : bool
         Whether motor and winding are there; else the wheel is where it is commanded.
+    lead : float
+        Angle at which driver and reference start [rad].
     """
 
     transmission: Mapping[str, Value] = field(default_factory=dict)
     compensator: Mapping[str, Value] | None = None
     changes_sides: bool = True
     stepper: bool = True
+    lead: float = 0.0
 
 
 VARIANTS = {
@@ -136,7 +139,7 @@ VARIANTS = {
     "hanging": Variant(changes_sides=False),
     "ideal_drive": Variant(stepper=False),
     "compensated": Variant(compensator={}, stepper=False),
-    "layers": Variant({"layers": 1}),
+    "layers": Variant({"layers": 1}, lead=LEAD),
     "compensated_path_only": Variant(compensator={"winding_strain": 0}, stepper=False),
     "compensated_lugre": Variant(compensator={"lugre": 1}, stepper=False),
     "compensated_stepper": Variant(compensator={}),
@@ -159,10 +162,8 @@ def cases(fmus: Mapping[str, Path]) -> dict[str, Case]:
     }
 
 
-def loop(
-    fmus: Mapping[str, Path], condition: str, variant: Variant, name: str, *, slip: float = SLIP, lead: float = LEAD
-) -> System:
-    """Return the drive under one load and bend; ``slip`` [m] and ``lead`` [rad] as `SLIP` and `LEAD`."""
+def loop(fmus: Mapping[str, Path], condition: str, variant: Variant, name: str, *, slip: float = SLIP) -> System:
+    """Return the drive under one load and bend; ``slip`` as `SLIP` [m]."""
     preset = kernel("LebusTransmission").presets[condition].si
     slack = kernel("LebusTransmission").params(condition).slack
     take_up = slack / (SPEED * RADIUS) if variant.compensator is None else 0.0
@@ -170,8 +171,7 @@ def loop(
     weight: dict[str, Value] = {"k1": 0.5 * torque, "k2": 0.5 * torque, "k3": 0.0, "u3": 0.0}
     if not variant.changes_sides:
         weight = {"k1": 0.0, "k2": 0.0, "k3": torque, "u3": 1.0}
-    lead = lead if variant.stepper else 0.0
-    stroke: dict[str, Value] = {"kind": 2, "speed": SPEED, "stroke": STROKE, "cycles": 1.0, "offset": lead}
+    stroke: dict[str, Value] = {"kind": 2, "speed": SPEED, "stroke": STROKE, "cycles": 1.0, "offset": variant.lead}
     components = [
         Component("reference", fmus["ReferenceSignal"], stroke),
         Component("set_down", fmus["ReferenceSignal"], square_wave(TURN + 0.5 * STEP)),
@@ -194,7 +194,7 @@ def loop(
         command = "compensator.theta_ff"
     if variant.stepper:
         before = slack / RADIUS if variant.compensator is not None else 0.0  # wound at the start, for the way back
-        components += _driver(fmus, slip, lead, before)
+        components += _driver(fmus, slip, variant.lead, before + LEAD - variant.lead)
         wires += [Connection(command, "stepper.theta_cmd"), *_DRIVEN]
     else:
         wires.append(Connection(command, "transmission.theta_in"))

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...cosim.trajectory import Trajectory
 from ...kernels.kernel import kernel
+from ...scenarios.lebus_drive import LEAD
 from ...scenarios.papers import CASES, FORWARD_MM, NAMES, REVERSE_MM, SAME_BEND, SAME_BEND_MM, WEIGHT_N
 from ..claims import Claim, Method, Open, number_claim, open_claim, statement_claim, together_claim
 from ..verdict import Condition, Kind, Span, Verdict, number
@@ -64,7 +65,7 @@ def found(quick: bool) -> Found:
         drives[f"cycle.{case}"] = Drive(case)
     for n_t in (5.0, 10.0) if quick else (5.0, 6.0, 6.67, 8.0, 10.0):
         values = {"layers": 1, "n_t": n_t, "winding_strain": 0}
-        drives[f"layers.{n_t:g}"] = Drive("m05_180", values, there=True)
+        drives[f"layers.{n_t:g}"] = Drive("m05_180", values, there=True, lead=LEAD)
     for s_w in (5e-3, 10e-3):
         drives[f"slip.{s_w:g}"] = Drive("m05_180", {"winding_strain": 0}, slip=s_w, there=True)
     for case in ("m05_180", "m10_540"):

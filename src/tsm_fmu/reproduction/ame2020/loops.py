@@ -42,7 +42,7 @@ class Drive:
     command : tuple of float
         Gain and offset [rad] of the command, from a compensation; the offset is taken up at the speed of the stroke.
     lead : float
-        Angle at which the driver starts [rad]: inside the grooves, where these begin at 0.
+        Angle at which the driver starts [rad]: inside the grooves of the transmission, where these begin at 0.
     kept : float
         Tension that tendon b keeps, and that tendon a carries besides the weight [N].
     """
@@ -52,7 +52,7 @@ class Drive:
     slip: float = 0.0
     there: bool = False
     command: tuple[float, float] = (1.0, 0.0)
-    lead: float = lebus_drive.LEAD
+    lead: float = 0.0
     kept: float = 0.0
 
 
@@ -69,8 +69,8 @@ def _case(drive: Drive) -> Case:
 
 
 def _system(drive: Drive) -> System:
-    fmus, variant = {m: FMUS[m] for m in lebus_drive.FMUS}, lebus_drive.VARIANTS["uncompensated"]
-    loop = lebus_drive.loop(fmus, drive.case, variant, drive.case, slip=drive.slip, lead=drive.lead)
+    fmus, variant = {m: FMUS[m] for m in lebus_drive.FMUS}, lebus_drive.Variant(lead=drive.lead)
+    loop = lebus_drive.loop(fmus, drive.case, variant, drive.case, slip=drive.slip)
     shared = {f"winding.{n}": repr(drive.values[n]) for n in ("n_t", "n_layers") if n in drive.values}
     load = {"load.k3": repr(drive.kept * RADIUS), "load.u3": "1.0"} if drive.kept else {}
     loop = loop.with_values({f"transmission.{n}": repr(v) for n, v in drive.values.items()} | shared | load)
