@@ -15,7 +15,7 @@ from tsm_fmu.kernels.kernel import Kernel, kernel
 from tsm_fmu.models import MODELS
 
 TIME = STEP * np.arange(ROWS)
-CONSTANT = {("LebusWinding", "F_w"), ("LebusWinding", "tau_w")}  # the wheel's friction is off: its slip length is not published
+CONSTANT = {("LebusWinding", "F_w"), ("LebusWinding", "tau_w")}  # friction off: no slip length is published
 NAMES = [module.NAME for module in MODELS]
 
 
