@@ -9,7 +9,7 @@ import pytest
 SOURCE = Path(__file__).parents[1] / "src" / "tsm_fmu"
 FLOORS = (
     "models effects kernels logs card report regression checking identification cosim fmu diagnosis scenarios "
-    "reproduction verbs cli"
+    "reproduction verbs local_page cli"
 ).split()
 """From the ground up; docs/architecture.md says what each is."""
 ROOT = {"__init__", "__main__", "card"}

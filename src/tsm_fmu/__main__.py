@@ -1,3 +1,4 @@
 from .cli import main
 
-main()
+if __name__ == "__main__":  # not in the processes that a verb starts, which load this file too
+    main()

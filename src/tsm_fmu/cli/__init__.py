@@ -14,6 +14,7 @@ from . import (
     identify,
     linearize,
     list_models,
+    local_page,
     report,
     reproduce,
     run,
@@ -40,6 +41,7 @@ VERBS = (
     sweep,
     linearize,
     report,
+    local_page,
 )
 
 __all__ = ["VERBS", "app", "main"]

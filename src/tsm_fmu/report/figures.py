@@ -44,14 +44,18 @@ class Figure:
             return [Plot(self.title, self.panels)]
         return [Plot(panel.title or self.title, (panel,)) for panel in self.panels]
 
+    def page(self) -> str:
+        """A page of it alone, which needs no network."""
+        return single_page(self.title, self.plots())
+
     def write(self, path: str | os.PathLike[str]) -> Path:
         """Write a page that needs no network and return its path."""
-        Path(path).write_text(single_page(self.title, self.plots()), encoding="utf-8")
+        Path(path).write_text(self.page(), encoding="utf-8")
         return Path(path)
 
     def _repr_html_(self) -> str:
         height = 110 + sum(panel.height for panel in self.panels)
-        page = html.escape(single_page(self.title, self.plots()))
+        page = html.escape(self.page())
         return f'<iframe srcdoc="{page}" title="{html.escape(self.title)}" width="100%" height="{height}"></iframe>'
 
 
