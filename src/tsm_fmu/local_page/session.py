@@ -43,7 +43,7 @@ class Session:
             columns = read_table(path).columns
         except InputError as wrong:
             path.unlink()
-            raise InputError(str(wrong).replace(f"{path.parent}/", "")) from None
+            raise _by_name(wrong, path) from None
         self.logs[plain], self.maps[plain] = path, {}
         return {"name": plain, "columns": [{"name": c.name, "unit": c.unit or ""} for c in columns]}
 
@@ -99,12 +99,18 @@ class Session:
         try:
             return read_record(path, mapping=mapping)
         except InputError as wrong:
-            raise InputError(str(wrong).replace(f"{path.parent}/", "")) from None
+            raise _by_name(wrong, path) from None
 
     def _log(self, name: str) -> Path:
         if name not in self.logs:
             raise InputError(f"log {name!r} -- expected one of {', '.join(self.logs) or '(none)'} -- drop it first")
         return self.logs[name]
+
+
+def _by_name(wrong: InputError, path: Path) -> InputError:
+    """The error with the name of the log as it was dropped."""
+    text = str(wrong).replace(f"{path.parent}/", "")
+    return InputError(text)
 
 
 def models() -> list[dict[str, Any]]:
