@@ -1,4 +1,4 @@
-"""Units in fmu-manipulation-toolbox, each flavour and FMI version: as part of a container FMU, and with remoting added."""
+"""Units in fmu-manipulation-toolbox, each flavour and FMI version: in a container FMU, and with remoting added."""
 
 import json
 import shutil
@@ -76,7 +76,7 @@ def test_a_container_gives_the_same_last_digits(unit, tmp_path, flavour, fmi, co
 
 @FLAVOURS
 def test_a_unit_with_remoting_stays_what_it_was(unit, tmp_path, flavour, fmi):
-    """The toolbox puts a server beside the 64-bit library for Windows, and a 32-bit one that calls it; FMI 2.0 alone."""
+    """The toolbox puts a server beside the 64-bit library for Windows, and a 32-bit one that calls it."""
     if fmi == 3:
         pytest.skip("the toolbox adds remoting to FMI 2.0 alone")
     path = unit(flavour, fmi, *(["linux64", "win64"] if flavour == "native" else []))
