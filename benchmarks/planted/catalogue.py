@@ -43,6 +43,8 @@ class Case:
         As in `rigs.signals`.
     known : bool
         The parameters of `KNOWN` are right, and fixed.
+    also : tuple of str
+        Effects whose law holds the planted one too, so that no log tells them apart: a set with them is right.
     """
 
     effect: str
@@ -55,6 +57,7 @@ class Case:
     pace: float = 1.0
     dip: bool = False
     known: bool = False
+    also: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -88,7 +91,7 @@ def catalogue() -> list[Case]:
         *_friction(Case("presliding_shape", "", share=0.2, motions=("nested", "sines"), known=True), every),
         *_friction(Case("nonlocal_memory", "", share=0.3, motions=("nested", "sines")), every),
         *_friction(Case("breakaway_ageing", "", share=0.12, motions=("strokes", "strokes"), rows=2000), every),
-        *_friction(Case("load_dependence", "", share=0.3), LOADED),
+        *_friction(Case("load_dependence", "", share=0.3, also=("drive_direction",)), LOADED),  # k_m = 0 is this law
         *_friction(Case("bend_angle", "", share=0.4), LOADED),
         *_friction(Case("drive_direction", "", share=0.3), (*DRIVES, "PairedTsmFriction")),
         *_friction(Case("direction_asymmetry", "", share=0.3), ("LuGreFriction", *DRIVES)),

@@ -33,7 +33,8 @@ class Judged:
     answer : tuple of str
         Ids that it names or holds in a set.
     right : bool
-        It names the effect alone, or a set with it of effects that it is declared to look like.
+        It names the effect alone, or a set with it of effects that it is declared to look like, or whose law holds
+        the planted one (`Case.also`).
     seconds : float
         CPU time.
     """
@@ -50,7 +51,7 @@ def judged(case: Case) -> Judged:
     began = process_time()
     found = diagnosed(case)
     named = tuple(dict.fromkeys([*found.ids, *(e for ids in found.equivalent for e in ids)]))
-    right = case.effect in named and set(named) <= {case.effect, *about(case.effect).looks_like}
+    right = case.effect in named and set(named) <= {case.effect, *about(case.effect).looks_like, *case.also}
     return Judged(case, found.verdict, named, right, process_time() - began)
 
 
