@@ -8,10 +8,10 @@ from collections.abc import Callable
 
 import pytest
 
-from tsm_fmu.regression.threads import spread, together
+from tsm_fmu.regression.threads import on_shared_threads, together
 
 
-@pytest.mark.parametrize("way", [together, spread])
+@pytest.mark.parametrize("way", [together, on_shared_threads])
 def test_results_are_in_the_order_of_the_items(way: Callable[..., list[int]]) -> None:
     def late(n: int) -> int:
         time.sleep(0.003 * (7 - n))
@@ -21,7 +21,7 @@ def test_results_are_in_the_order_of_the_items(way: Callable[..., list[int]]) ->
     assert way(late, []) == []
 
 
-@pytest.mark.parametrize("way", [together, spread])
+@pytest.mark.parametrize("way", [together, on_shared_threads])
 def test_an_error_of_one_is_raised(way: Callable[..., list[int]]) -> None:
     def wrong(n: int) -> int:
         raise ValueError(f"item {n}")
@@ -35,7 +35,7 @@ def test_work_may_start_more_of_it_and_end() -> None:
     done: list[list[int]] = []
 
     def outer(n: int) -> list[int]:
-        return [sum(together(lambda k: k + n, range(9))), sum(spread(lambda k: k * n, range(9)))]
+        return [sum(together(lambda k: k + n, range(9))), sum(on_shared_threads(lambda k: k * n, range(9)))]
 
     thread = threading.Thread(target=lambda: done.extend(together(outer, range(20))), daemon=True)
     thread.start()

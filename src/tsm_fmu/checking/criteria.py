@@ -23,7 +23,7 @@ LIMIT_SAMPLES = 10
 """Fewest samples at the limit of a channel, or of one value, that are no coincidence."""
 
 LIMIT_SHARE = 0.002
-"""The same as a part of the run."""
+"""Fewest samples at a limit as a part of the run."""
 
 NOISY_SHARE = 0.2
 """A channel is noisy where more than this part of the samples near its limit turns back at once: a value that then
@@ -100,7 +100,7 @@ SLOW_SPEED_SHARE = 0.1
 """Around a turn, below this part of the speed that the drive reaches, a force may change by its whole range."""
 
 BREAK_AWAY_SHARE = 0.1
-"""The same until the drive has moved away by this part of its range: until then it may break away."""
+"""After a turn a force may change by its whole range until the drive has moved by this part of its own."""
 
 # Coverage
 
@@ -125,4 +125,5 @@ OPPOSITE_POSITIONS = -0.5
 """Output and input position that correlate by less have opposite senses; backlash and friction never do that."""
 
 OPPOSITE_EFFORTS = -0.7
-"""The same of torques, which friction and inertia may set against each other."""
+"""Output and input torque that correlate by less have opposite senses; friction and inertia may set them against each
+other that far."""

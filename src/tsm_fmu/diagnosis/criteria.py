@@ -34,7 +34,7 @@ SEARCH_SAMPLES = 4_000
 """The search works on so many samples of all runs together: refits take seconds, and parameters hardly change."""
 
 SPEED_INPUT_SEARCH_SAMPLES = 20_000
-"""The same where the input is a speed: between samples it is not known, and thinning would act as a lag."""
+"""Samples that the search works on where the input is a speed: between them it is not known, thinning acts as a lag."""
 
 KEPT_RUN_SAMPLES = 500
 """A run keeps so many, however many runs there are."""
@@ -75,7 +75,7 @@ EFFECT_SPREAD_SHARE = 0.012
 """An effect that removes less is not named: it is within the form of any friction model."""
 
 CLEAN_EFFECT_SPREAD_SHARE = 0.006
-"""The same where an effect leaves next to nothing: a wrong form is not that simple."""
+"""An effect that leaves next to nothing is named above this part: a wrong form is not that simple."""
 
 NEARLY_ALL_SHARE = 0.9
 """What removes this part of the mean square that another hypothesis leaves is no correction of a wrong form."""
@@ -105,7 +105,7 @@ STRONGEST_RATIO = 0.5
 """Where more than noise is left, the effect that removes most must remove this many times the mean square left."""
 
 FURTHER_RATIO = 1.0
-"""The same of a further effect: one that removes less may only mend the form of the first one's law."""
+"""A further effect must remove this many times the mean square left: less may only mend the form of the first's law."""
 
 # How far the search goes
 

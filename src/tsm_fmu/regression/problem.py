@@ -20,7 +20,7 @@ from ..kernels.kernel import Kernel
 from ..kernels.serving import serving
 from ..models.contract import Condition, Variable, packed
 from .search_space import SearchSpace
-from .threads import spread
+from .threads import on_shared_threads
 
 MAX_ROWS = 40_000
 """Rows of the optimiser's residual; longer data are averaged over blocks (every sample is still simulated)."""
@@ -64,13 +64,13 @@ class FitRun:
         return np.append(self.lead_time, self.time), np.concatenate([self.lead_inputs, self.inputs])
 
     def compared_from(self, first: int) -> FitRun:
-        """The same with the samples before ``first`` as what was before."""
+        """A copy whose samples before ``first`` are the lead: simulated, not compared."""
         lead, rest = slice(None, first), slice(first, None)
         time, inputs, targets = (np.ascontiguousarray(a[rest]) for a in (self.time, self.inputs, self.targets))
         return FitRun(self.name, time, inputs, targets, self.time[lead], self.inputs[lead], self.derived)
 
     def every(self, step: int) -> FitRun:
-        """The same at every so-many-th sample."""
+        """A copy at every ``step``-th sample."""
         parts = ("time", "inputs", "targets", "lead_time", "lead_inputs")
         return replace(self, **{name: np.ascontiguousarray(getattr(self, name)[::step]) for name in parts})
 
@@ -138,17 +138,19 @@ class Problem:
         return max(1, -(-sum(r.targets.size for r in self.runs) // MAX_ROWS))
 
     def with_runs(self, runs: Sequence[FitRun]) -> Problem:
+        """A copy with other runs."""
         return replace(self, runs=runs)
 
     def over(self, space: SearchSpace) -> Problem:
-        """The same with another search space."""
+        """A copy with another search space."""
         return replace(self, space=space)
 
     def reweighted(self, weights: FloatArray) -> Problem:
+        """A copy with other weights of the channels."""
         return replace(self, weights=weights)
 
     def starting_at(self, table: FloatArray) -> Problem:
-        """The same problem with the first row of a table as start values."""
+        """A copy with the first row of a table as start values."""
         return self.over(self.space.starting_at(dict(zip(self.fields, table[0].tolist(), strict=True))))
 
     def start(self) -> FloatArray:
@@ -218,7 +220,7 @@ class Problem:
         """Residuals of several (run, row of values), simulated side by side."""
         pieces = list(self._pieces(wanted))
         many = sum(self._rows[k] for k, _ in wanted) >= PARALLEL_ROWS
-        found = spread(self._residuals, pieces) if many else map(self._residuals, pieces)
+        found = on_shared_threads(self._residuals, pieces) if many else map(self._residuals, pieces)
         return [residual for piece in found for residual in piece]
 
     def pooling_residual(self, table: FloatArray) -> FloatArray:
@@ -245,7 +247,7 @@ class Problem:
         return [y[self.runs[k].lead_time.size :, self.columns] for (k, _), y in simulated]
 
     def _pieces(self, wanted: Sequence[tuple[int, FloatArray]]) -> Iterator[list[tuple[int, FloatArray]]]:
-        """The same in parts of about `PIECE_ROWS` rows to simulate."""
+        """The wanted simulations in parts of about `PIECE_ROWS` rows."""
         piece, rows = [], 0
         for k, row in wanted:
             piece.append((k, row))

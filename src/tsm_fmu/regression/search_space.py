@@ -36,11 +36,11 @@ class SearchParameter:
     per_run: bool = False
 
     def starting_at(self, value: float) -> SearchParameter:
-        """The same with another start, moved into the bounds."""
+        """A copy with another start, moved into the bounds."""
         return replace(self, start=min(max(value, self.lo), self.hi))
 
     def within(self, lo: float, hi: float) -> SearchParameter:
-        """The same with bounds that are no wider than these, the start moved into them."""
+        """A copy with bounds that are no wider than these, the start moved into them."""
         lo, hi = min(max(self.lo, lo), self.hi), max(min(self.hi, hi), self.lo)
         return replace(self, lo=lo, hi=hi).starting_at(self.start)
 
@@ -79,30 +79,30 @@ class SearchSpace:
         return (*self.shared, *self.per_run)
 
     def with_parameter(self, field: str, parameter: SearchParameter) -> SearchSpace:
-        """The same with one parameter replaced."""
+        """A copy with one parameter replaced."""
         return SearchSpace({**self.parameters, field: parameter})
 
     def with_bounds(self, field: str, lo: float | None = None, hi: float | None = None) -> SearchSpace:
-        """The same with other bounds of one parameter; an end that is not given stays."""
+        """A copy with other bounds of one parameter; an end that is not given stays."""
         old = self.parameters[field]
         lo, hi = old.lo if lo is None else lo, old.hi if hi is None else hi
         return self.with_parameter(field, replace(old, lo=lo, hi=hi).starting_at(old.start))
 
     def starting_at(self, values: Mapping[str, float]) -> SearchSpace:
-        """The same with other start values, by field."""
+        """A copy with other start values, by field."""
         moved = {f: self.parameters[f].starting_at(float(value)) for f, value in values.items()}
         return SearchSpace({**self.parameters, **moved})
 
     def fixing(self, fields: Iterable[str]) -> SearchSpace:
-        """The same with these fields no longer free."""
+        """A copy with these fields no longer free."""
         return SearchSpace({**self.parameters, **{f: replace(self.parameters[f], free=False) for f in fields}})
 
     def freeing_only(self, fields: Collection[str]) -> SearchSpace:
-        """The same with these fields free and no other."""
+        """A copy with these fields free and no other."""
         return SearchSpace({f: replace(p, free=f in fields) for f, p in self.parameters.items()})
 
     def with_per_run(self, fields: Collection[str]) -> SearchSpace:
-        """The same with one value for each run of these fields and of no other."""
+        """A copy with one value for each run of these fields and of no other."""
         return SearchSpace({f: replace(p, per_run=f in fields) for f, p in self.parameters.items()})
 
     @classmethod
@@ -123,7 +123,7 @@ class SearchSpace:
         )
 
     def to_lmfit(self) -> Parameters:
-        """As lmfit's parameters, a copy."""
+        """The parameters as those of lmfit, by field."""
         shown = Parameters()
         for field, p in self.parameters.items():
             shown.add(field, value=p.start, vary=p.free, min=p.lo, max=p.hi)

@@ -20,8 +20,8 @@ def together(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
         return list(pool.map(work, items))
 
 
-def spread(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
-    """The same on threads that all callers share, for work that starts none itself."""
+def on_shared_threads(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
+    """Results of ``work`` for each item, on threads that all callers share: for work that starts none itself."""
     return list(_shared().map(work, items)) if len(items) > 1 else [work(item) for item in items]
 
 

@@ -167,7 +167,7 @@ def hypothesis(
 
 
 def with_fit(one: Hypothesis, fitted: Fitted, holdout: Sequence[FitRun]) -> Hypothesis:
-    """The same hypothesis after another refit."""
+    """A copy whose fit is another refit of the same effects."""
     return hypothesis(one.added, fitted, one.nuisances, holdout, one.reference_gain)
 
 
@@ -286,7 +286,7 @@ def can_leave_out(runs: Sequence[FitRun]) -> bool:
 
 
 def left_out_in_turn(one: Hypothesis) -> Hypothesis:
-    """The same with what it leaves on runs that are left out in turn, as if they were held out."""
+    """A copy whose held-out error is what it leaves on runs that are left out in turn."""
     runs, residuals = one.fitted.problem.runs, []
     for k in range(min(LEFT_OUT_PARTS, len(runs))):
         kept = [j for j in range(len(runs)) if j % LEFT_OUT_PARTS != k]

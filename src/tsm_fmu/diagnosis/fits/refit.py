@@ -98,7 +98,7 @@ class Fitted:
         return held_out_errors(self.problem, self.table, runs, _per_run(self.problem.kernel, self.task))
 
     def at(self, runs: Sequence[FitRun]) -> Fitted:
-        """The same values on the same runs at another sampling."""
+        """A copy with the values found, on the same runs at another sampling."""
         return Fitted(self.task, self.effects, replace(self.problem, runs=list(runs)), self.table, self.released)
 
     def has(self, effect: str) -> bool:
@@ -187,7 +187,7 @@ class Task:
         return chain(self.model, tuple(effects), self.drives)
 
     def limited(self, limits: Mapping[str, tuple[float, float]]) -> Task:
-        """The same with more narrow bounds."""
+        """A copy with narrower bounds of some parameters, by public name."""
         return replace(self, limits={**self.limits, **limits})
 
 

@@ -87,7 +87,7 @@ def cross_validated_shares(data: Sums, most: int = FORMULA_TERMS) -> FloatArray:
 
 
 def cross_validated_share(data: Sums, terms: Sequence[int]) -> float:
-    """The same of given terms, only their coefficients found without the fold."""
+    """Share of the mean square that given terms predict on left-out folds, with coefficients found without the fold."""
     lost = sum(_loss(data, f, terms, coefficients_of(*data.without(f), terms)) for f in range(data.power.size))
     return 1.0 - lost / max(float(data.power.sum()), 1e-300)
 

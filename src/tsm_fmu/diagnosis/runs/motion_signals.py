@@ -49,7 +49,7 @@ class Coordinates:
     driven: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
 
     def part(self, rows: slice) -> Coordinates:
-        """The same at some of the samples."""
+        """A copy at some of the samples."""
         return replace(self, **{name: y[rows] for name, y in vars(self).items() if y is not None and y.size})
 
 
