@@ -39,7 +39,7 @@ def test_what_is_known_is_complete(module):
     assert len(known.shown_by.split()) >= 4
     assert known.signature
     assert "_" not in known.words
-    assert set(known.places) <= {"friction", "output", "input"}
+    assert set(known.places) <= {"friction", "lost motion", "output", "input"}
     assert set(known.looked_for) <= set(known.places) - {"input"}
     assert set(known.looks_like) <= IDS - {module.NAME}
     assert known.turns >= 0.0

@@ -5,8 +5,9 @@ Effects travel into FMUs, and this file with them: it imports ``typing`` alone.
 
 from typing import Literal, NamedTuple
 
-Place = Literal["friction", "output", "input"]
-"""What an effect changes: the friction of a model, one of its outputs, one of its inputs."""
+Place = Literal["friction", "lost motion", "output", "input"]
+"""What an effect changes: the friction of a model, what friction takes of a distal motion, one of its outputs, one of
+its inputs."""
 
 Role = Literal["effect", "nuisance", "read"]
 """``effect``: it is missing, or it is not. ``nuisance``: every rig has a little of it, so each refit of a diagnosis may

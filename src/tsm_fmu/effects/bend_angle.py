@@ -20,7 +20,7 @@ ABOUT = Effect(
     words="bend-dependent friction",
     signature="changes with sheath angle",
     shown_by="the same motion at several sheath angles, Theta recorded",
-    places=("friction",),
+    places=("friction", "lost motion"),
     family="load",
     optional=("load",),
 )

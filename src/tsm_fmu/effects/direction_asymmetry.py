@@ -20,7 +20,7 @@ ABOUT = Effect(
     words="friction that differs between directions",
     signature="F(+) differs from F(-)",
     shown_by="half strokes both ways at several speeds, zero known",
-    places=("friction",),
+    places=("friction", "lost motion"),
     family="direction",
     looks_like=("offset_drift",),
 )

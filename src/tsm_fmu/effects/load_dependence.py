@@ -20,7 +20,7 @@ ABOUT = Effect(
     words="load-dependent friction",
     signature="friction grows with tension or load",
     shown_by="the same motion under three loads or more, recorded",
-    places=("friction",),
+    places=("friction", "lost motion"),
     family="load",
     looks_like=("thermal", "wear"),
 )

@@ -18,7 +18,7 @@ ABOUT = Effect(
     words="stiffening",
     signature="cubic",
     shown_by="strokes or loads up to the largest that the rig allows",
-    places=("friction",),
+    places=("friction", "lost motion"),
     family="position",
     looks_like=("inertia", "creep", "drum_periodic"),
 )

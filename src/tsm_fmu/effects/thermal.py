@@ -20,7 +20,7 @@ ABOUT = Effect(
     words="friction that changes with warmth",
     signature="decays with time, recovers after rest",
     shown_by="minutes of motion, a rest, and the same motion again",
-    places=("friction",),
+    places=("friction", "lost motion"),
     family="time",
     looks_like=("load_dependence", "wear"),
 )

@@ -18,7 +18,7 @@ ABOUT = Effect(
     words="friction that changes with travel",
     signature="changes with travel, stays after rest",
     shown_by="long travel, a rest, and the same motion again",
-    places=("friction",),
+    places=("friction", "lost motion"),
     family="time",
     looks_like=("load_dependence", "thermal"),
 )

@@ -120,6 +120,7 @@ def attach(base: Kernel, text: str) -> Attached:
     inputs = [v.name for v in base.inputs]
     outputs = [v.name for v in base.outputs]
     allowed = [""] if "friction" in module.ABOUT.places and base.roles.friction else []
+    allowed += list(base.roles.lost_motion) if "lost motion" in module.ABOUT.places else []
     allowed += outputs if "output" in module.ABOUT.places else []
     allowed += inputs if "input" in module.ABOUT.places else []
     if not channel and allowed:

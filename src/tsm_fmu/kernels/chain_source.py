@@ -26,6 +26,11 @@ class Attached:
         columns = text_of(self.drives, self.module)
         return f"{place}~{columns}" if columns else place
 
+    @property
+    def on_lost_motion(self) -> bool:
+        """Whether it changes what friction takes of a motion, and not the motion itself."""
+        return bool(self.channel) and "lost motion" in self.module.ABOUT.places
+
     def drive(self, signal: str) -> Drive | None:
         """The column that is a signal of the effect; None where it is the model's own."""
         return next((d for d in self.drives if d.signal == signal), None)
@@ -92,6 +97,8 @@ class Writer:
         lines += [f"from .{self.model_file} import PRESETS"]
         lines += [_imported(f, f"model_friction_{way}") for f, way in self._port("friction", "read", "write")]
         lines += [_imported(f, f"model_load_{way}") for f, way in self._port("held_load", "level", "between", "write")]
+        channels = dict.fromkeys(a.channel for a in self.attached if a.on_lost_motion)
+        lines += [_imported(self.roles.lost_motion[c], f"model_lost_{c}") for c in channels]
         for number, a in enumerate(self.attached):
             file = a.module.__name__.rsplit(".", 1)[-1]
             optional = ["CONDITIONS"] if hasattr(a.module, "CONDITIONS") else []
@@ -111,6 +118,7 @@ class Writer:
     def _units(self, a: Attached) -> dict[str, str]:
         force = _unit(self.base, self.roles.friction.like if self.roles.friction else "")
         own = _unit(self.base, a.channel) if a.channel else force
+        force = own if a.on_lost_motion else force
         driven = {d.signal: d.unit for d in a.drives}
         load = driven.get("load") or _unit(self.base, self.load) or "1"
         position = driven.get("x") or self._motion_unit()
@@ -235,9 +243,14 @@ class Writer:
         changed = {}
         for number, a in enumerate(self.attached):
             if a.channel and a.channel not in self.inputs:
-                y = changed.get(a.channel, f"o.{a.channel}")
-                lines.append(f"    t{number}, y{number} = {self._call(kind, number, a, y, load)}")
+                y = before = changed.get(a.channel, f"o.{a.channel}")
                 changed[a.channel] = f"y{number}.y"
+                if a.on_lost_motion:
+                    lines.append(f"    l{number} = model_lost_{a.channel}(mp, mu, o) + (o.{a.channel} - {y})")
+                    y, changed[a.channel] = f"l{number}", f"x{number}"
+                lines.append(f"    t{number}, y{number} = {self._call(kind, number, a, y, load)}")
+                if a.on_lost_motion:
+                    lines.append(f"    x{number} = {before} - (y{number}.y - l{number})")
         outputs = ", ".join(changed.get(f, f"o.{f}") for f in self.module.Outputs._fields)
         states = [f"o.{f}" if self.roles.held_load and f == self.load else f"ms.{f}" for f in self.module.State._fields]
         states += [f"m.{f}" for f in Motion._fields] if self.moves else []

@@ -22,7 +22,6 @@ from .contract import DefaultExperiment, Preset, Quantity, Roles
 from .laws.coleman_hodgdon import RISING, hysteresis_after
 
 NAME = "PairedTsmBacklash"
-ROLES = Roles(motion="x_in", offsets=("x_0",), initial=("x_h_0",), experiment=DefaultExperiment(20.0, 0.01))
 
 
 class Params(NamedTuple):
@@ -68,3 +67,17 @@ def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
     x_h = hysteresis_after(s.x_h, u.x_in - s.x_in, p.beta, p.alpha)  # (10a)
     return State(u.x_in, x_h), Outputs(p.c * u.x_in + x_h + p.x_0, x_h)  # (9)
+
+
+def lost_motion(p: Params, u: Inputs, o: Outputs) -> float:
+    """How far the output lags behind the drive, for the effects that change it."""
+    return p.c * u.x_in + p.x_0 - o.x_out
+
+
+ROLES = Roles(
+    motion="x_in",
+    offsets=("x_0",),
+    initial=("x_h_0",),
+    lost_motion={"x_out": lost_motion},
+    experiment=DefaultExperiment(20.0, 0.01),
+)

@@ -78,6 +78,9 @@ class Roles(NamedTuple):
         Inputs that an output follows at once; an output that is not in it follows all of them.
     friction : FrictionPort or None
         Present: the model can carry friction effects.
+    lost_motion : mapping of str to callable
+        ``lost_motion[x](p, u, o) -> float``: how far the output ``x`` lags behind the drive, by output; there the
+        model can carry effects that change what friction does to a motion.
     held_load : HeldLoad or None
         Present: the model has a parameter ``hold`` and states ``slid``, ``v_in`` and that of its `load`.
     experiment : DefaultExperiment
@@ -92,5 +95,6 @@ class Roles(NamedTuple):
     has: Mapping[str, tuple[str, ...]] = {}
     depends: Mapping[str, tuple[str, ...]] = {}
     friction: FrictionPort | None = None
+    lost_motion: Mapping[str, Callable[[Any, Any, Any], Any]] = {}
     held_load: HeldLoad | None = None
     experiment: DefaultExperiment = DefaultExperiment()

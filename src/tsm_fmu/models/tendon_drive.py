@@ -147,6 +147,11 @@ def with_friction(p: Params, u: Inputs, o: Outputs, f: float) -> Outputs:
     return Outputs(o.x_out, o.v_in, p.ratio * u.tau_out + f)
 
 
+def lost_motion(p: Params, u: Inputs, o: Outputs) -> float:
+    """How far the distal angle lags behind the drive, for the effects that change it."""
+    return p.c * u.x_in + p.x_0 - o.x_out
+
+
 ROLES = Roles(
     motion="x_in",
     load="tau_out",
@@ -156,4 +161,5 @@ ROLES = Roles(
     has={"stribeck": ("tau_s", "v_s")},
     depends={"x_out": ("x_in",), "v_in": ("x_in",)},
     friction=FrictionPort("tau_in", friction_in, with_friction),
+    lost_motion={"x_out": lost_motion},
 )

@@ -54,6 +54,8 @@ def places_of_effect(
     about = module.ABOUT
     units = {v.name: v.quantity.unit for v in base.outputs}
     specs = [module.NAME] if "friction" in about.looked_for and friction_channels(base) & set(channels) else []
+    if "lost motion" in about.looked_for:
+        specs += [f"{module.NAME}@{c}" for c in channels if c in base.roles.lost_motion]
     if "output" in about.looked_for:
         specs += [f"{module.NAME}@{c}" for c in channels if units[c] in MOTION_UNITS or not about.motion_only]
     found = []

@@ -137,6 +137,8 @@ class Responses:
         channel = [v.name for v in self.kernel.outputs].index(attached.channel) if attached.channel else None
         port = self.base.roles.friction if channel is None else None
         before = port.read(own.parameters, own.inputs, own.outputs) if port else full[:, channel]
+        if attached.on_lost_motion:
+            before = self.base.roles.lost_motion[attached.channel](own.parameters, own.inputs, own.outputs)
         columns = [before if v.name == "y" else self._signal(attached, signals, k, v.name) for v in effect.inputs]
         try:
             after = effect.simulate(p, run.time, np.column_stack(columns))[:, 0]
@@ -147,7 +149,7 @@ class Responses:
             for j, column in enumerate(port.write(own.parameters, own.inputs, own.outputs, after)):
                 change[:, j] = column - full[:, j]
         else:
-            change[:, channel] = after - before
+            change[:, channel] = (before - after) if attached.on_lost_motion else (after - before)
         return change
 
     def _signal(self, attached: Attached, signals: Coordinates, k: int, name: str) -> FloatArray:
