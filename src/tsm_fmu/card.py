@@ -9,7 +9,6 @@ from __future__ import annotations
 import datetime
 import math
 import os
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,6 +18,7 @@ import tomli_w
 
 from . import __version__
 from .kernels.kernel import Kernel, kernel
+from .logs.plain_toml import read_toml
 from .models.contract import InputError, Variable
 from .models.unit_text import simplified
 
@@ -128,15 +128,13 @@ def read_card(path: str | os.PathLike[str]) -> ModelCard:
         name), another format version, an unknown model, parameter or unit, a value out of bounds.
     """
     try:
-        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        data = read_toml(Path(path))
     except OSError as failure:
         raise InputError(f"card {path} -- expected a readable file ({failure.strerror}) -- check the path") from failure
     except UnicodeDecodeError as failure:
         raise InputError(f"card {path} -- expected UTF-8 text (byte {failure.start}) -- {_REMEDY}") from failure
-    except RecursionError as failure:
-        raise InputError(f"card {path}: nested too deep -- expected TOML as a verb writes it -- {_REMEDY}") from failure
-    except tomllib.TOMLDecodeError as failure:
-        raise InputError(f"card {path}: {failure} -- expected TOML -- {_REMEDY}") from failure
+    except ValueError as failure:
+        raise InputError(f"card {path}: {failure} -- expected TOML as a verb writes it -- {_REMEDY}") from failure
     source = f"card {path}"
     card = _card(_Table(data, source, ""))
     try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 
 from ..models.contract import InputError
 from .header import name_and_unit
+from .plain_toml import read_toml
 from .table import Column
 
 __all__ = ["MAPPING_FILE", "LogMapping", "mapped", "mapping_beside", "scaled"]
@@ -48,8 +48,8 @@ def mapping_beside(path: Path) -> LogMapping | None:
     try:
         if not file.is_file():
             return None
-        data = tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError, RecursionError) as failure:
+        data = read_toml(file)
+    except (OSError, ValueError) as failure:
         reason = " ".join(str(failure).split())[:120]
         raise InputError(
             f"{file}: {reason} -- expected TOML with tables map and scale -- correct or remove it"
