@@ -8,8 +8,8 @@ import pytest
 
 SOURCE = Path(__file__).parents[1] / "src" / "tsm_fmu"
 FLOORS = (
-    "models effects kernels logs card report regression checking identification cosim fmu diagnosis scenarios "
-    "reproduction verbs local_page cli"
+    "models effects kernels logs card report regression checking identification tracking cosim fmu diagnosis "
+    "scenarios reproduction verbs local_page cli"
 ).split()
 """From the ground up; docs/architecture.md says what each is."""
 ROOT = {"__init__", "__main__", "card"}

@@ -27,5 +27,7 @@ from .verbs.simulate import SimulateResult as SimulateResult
 from .verbs.simulate import simulate as simulate
 from .verbs.sweep import SweepResult as SweepResult
 from .verbs.sweep import sweep as sweep
+from .verbs.track import TrackResult as TrackResult
+from .verbs.track import track as track
 
 __version__: str

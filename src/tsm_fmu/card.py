@@ -42,7 +42,7 @@ class CardParameter:
 
 @dataclass(frozen=True)
 class RecordUsed:
-    """A record the fit has seen: its name, the SHA-256 of the file and whether it was ``measured`` or ``holdout``."""
+    """A record the fit has seen: its name, the SHA-256 of the file ('' in memory) and whether it was ``measured`` or ``holdout``."""
 
     name: str
     sha256: str
@@ -268,7 +268,7 @@ def _provenance(table: _Table) -> Provenance:
         if role not in ("measured", "holdout"):
             raise record.wrong("role", role, "'measured' or 'holdout'")
         sha256 = record.get("sha256", str)
-        if len(sha256) != 64 or set(sha256) - set("0123456789abcdef"):
+        if sha256 and (len(sha256) != 64 or set(sha256) - set("0123456789abcdef")):
             raise record.wrong("sha256", sha256, "64 hexadecimal digits")
         records.append(RecordUsed(record.get("name", str), sha256, role))
     return Provenance(

@@ -21,6 +21,7 @@ from . import (
     sample,
     simulate,
     sweep,
+    track,
     validate,
 )
 from .app import app, main
@@ -34,6 +35,7 @@ VERBS = (
     list_models,
     identify,
     diagnose,
+    track,
     simulate,
     export,
     run,

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from .app import app, number_settings, settings
 from .runs import Cutoff, Holdout, Map, Measured, Scale, Start, Stop, read_runs
+from .status import status
 
 
 @app.command("diagnose")
@@ -42,7 +39,7 @@ def diagnose(
 
     records = read_runs([*measured, *reference, *holdout], start, stop, maps, scales)
     split = len(measured) + len(reference)
-    with _progress() as progress:
+    with status("diagnose") as progress:
         found = find(
             model,
             records[: len(measured)],
@@ -59,13 +56,3 @@ def diagnose(
         typer.echo((out / "diagnosis.json").read_text(encoding="utf-8"), nl=False)
     else:
         typer.echo(f"{found.summary()}\n\nreport {out / 'report.html'}")
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[str], None]]:
-    """What is being done, on stderr; on a terminal only."""
-    if not sys.stderr.isatty():
-        yield lambda _: None
-        return
-    with Console(stderr=True).status("diagnose") as status:
-        yield lambda text: status.update(f"diagnose: {text}")
