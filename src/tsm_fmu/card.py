@@ -42,7 +42,7 @@ class CardParameter:
 
 @dataclass(frozen=True)
 class RecordUsed:
-    """A record the fit has seen: its name, the SHA-256 of the file ('' in memory) and whether it was ``measured`` or ``holdout``."""
+    """A record the fit has seen: its name, the file's SHA-256 ('' in memory), and ``measured`` or ``holdout``."""
 
     name: str
     sha256: str

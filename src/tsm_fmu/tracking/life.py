@@ -136,9 +136,10 @@ def _text(name: str, meaning: str, unit: str, kind: str, names: Sequence[str], d
     show = display(unit, max(map(abs, drift.fitted)))
     count = f"{len(names)} runs"
     if drift.form == "steady":
+        slope, jump = _shown(drift.unseen_slope, unit), _shown(drift.unseen_jump, unit)
         return (
-            f"{name}: no drift shown over the {count}; a drift less than {_shown(drift.unseen_slope, unit)} per run, "
-            f"or a jump in the middle of less than {_shown(drift.unseen_jump, unit)}, would not be seen"
+            f"{name}: no drift shown over the {count}; a drift of less than {slope} per run, or a jump in the middle of "
+            f"less than {jump}, would not be seen"
         )
     total_change = drift.end - drift.begin
     parts = []
