@@ -138,8 +138,8 @@ def _text(name: str, meaning: str, unit: str, kind: str, names: Sequence[str], d
     if drift.form == "steady":
         slope, jump = _shown(drift.unseen_slope, unit), _shown(drift.unseen_jump, unit)
         return (
-            f"{name}: no drift shown over the {count}; a drift of less than {slope} per run, or a jump in the middle of "
-            f"less than {jump}, would not be seen"
+            f"{name}: no drift shown over the {count}; a drift of less than {slope} per run, or a jump in the middle "
+            f"of less than {jump}, would not be seen"
         )
     total_change = drift.end - drift.begin
     parts = []
