@@ -92,7 +92,10 @@ def test_ctrl_c_keeps_the_points_that_are_done(foreign, tmp_path, capsys):
         (["--vary", "belt.t_fail=0:1:1000000000000"], "expected at most 100000 points -- take fewer"),
         (["--vary", "belt.t_fail=0:1:50000", "--vary", "belt.mode=0:4:5"], "250000 points -- expected at most 100000"),
         (["--vary", "belt.mode=0:1:2", "--set", "belt.mode=1"], "--vary and --set belt.mode -- expected one of them"),
-        (["--vary", "belt.mode=0:1:2", "--scheduler", "host:1"], "--scheduler host:1 -- expected none"),
+        (
+            ["--vary", "belt.mode=0:1:2", "--scheduler", "host:1"],
+            "--scheduler host:1 -- expected the address of a running Dask",
+        ),
         (["--vary", "belt.t_fail=0.1:0.3:2", "--set", "belt.mode=1"], "all 2 points failed, the first: FMU belt"),
         ([], "Missing option '--vary'"),
     ],

@@ -30,21 +30,19 @@ def sweep(
     isolate: Isolate = None,
     time_limit: TimeLimit = TIME_LIMIT,
     scheduler: Annotated[
-        str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Not available yet: runs are in this process.")
+        str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Run on the workers of this Dask scheduler.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Co-simulate at every point of a grid: sweep.csv, sweep.json and a report."""
     from ..verbs.sweep import sweep as sweep_system
 
-    if scheduler is not None:
-        raise InputError(f"--scheduler {scheduler} -- expected none, it is not available yet -- leave it out")
     settled, varied = settings(values), _varied(vary)
     if both := [name for name in varied if name in settled]:
         raise InputError(f"--vary and --set {both[0]} -- expected one of them -- drop the --set")
     result = sweep_system(
         what, varied, out=out, values=settled, case=case, stop=stop, step=step, jacobi=jacobi, loops=loops,
-        isolate=isolate,
+        isolate=isolate, scheduler=scheduler,
         time_limit=time_limit, progress=not as_json, notes=lambda line: typer.echo(line, err=True),
     )  # fmt: skip
     for line in result.failures:

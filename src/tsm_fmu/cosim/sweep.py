@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from itertools import islice, product
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,8 @@ from .system import check_system
 from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 
 MOST_POINTS = 100_000
+TABLES = ("csv", "parquet")
+"""Endings of the table, which is written once for people and once for programs."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +85,11 @@ def size(axes: Sequence[Axis]) -> int:
     return math.prod(len(axis.values) for axis in axes)
 
 
+Values = Mapping[str, float]
+"""Values of a point by the names of the axes."""
+Compute = Callable[[Values], Point]
+
+
 def sweep(
     cases: Mapping[str, Case],
     axes: Sequence[Axis],
@@ -90,6 +98,7 @@ def sweep(
     quantities: Quantities | None = None,
     simulate: Callable[..., Trajectory] = simulate_system,
     begin: int = 0,
+    mapped: Callable[[Compute, Iterable[Values]], Iterator[Point]] = map,
 ) -> Iterator[Point]:
     """Run all cases at every point, the last axis fastest; a point that fails says why and the rest goes on.
 
@@ -102,18 +111,31 @@ def sweep(
         As in `run_cases` and `statistics`.
     begin : int
         Number of the first point that is run.
+    mapped : callable
+        ``map``, here or on a cluster (`cluster`).
     """
-    for values in islice(product(*(axis.values for axis in axes)), begin, None):
-        at = {axis.name: value for axis, value in zip(axes, values, strict=True)}
-        changed = with_values(cases, {name: repr(value) for name, value in at.items()})
-        try:
-            runs = run_cases(changed, record=record, simulate=simulate)
-        except SimulationInterrupted as stopped:
-            raise KeyboardInterrupt from stopped
-        except SimulationStopped as stopped:
-            yield Point(at, {}, str(stopped))
-        else:
-            yield Point(at, flat(statistics(changed, runs, quantities)))
+    names = [axis.name for axis in axes]
+    points = islice(product(*(axis.values for axis in axes)), begin, None)
+    compute = partial(computed, cases, record, quantities, simulate)
+    return mapped(compute, (dict(zip(names, values, strict=True)) for values in points))
+
+
+def computed(
+    cases: Mapping[str, Case],
+    record: Sequence[str] | None,
+    quantities: Quantities | None,
+    simulate: Callable[..., Trajectory],
+    at: Values,
+) -> Point:
+    """Run all cases at one point."""
+    changed = with_values(cases, {name: repr(value) for name, value in at.items()})
+    try:
+        runs = run_cases(changed, record=record, simulate=simulate)
+    except SimulationInterrupted as stopped:
+        raise KeyboardInterrupt from stopped
+    except SimulationStopped as stopped:
+        return Point(at, {}, str(stopped))
+    return Point(at, flat(statistics(changed, runs, quantities)))
 
 
 def units(points: Sequence[Point]) -> dict[str, str]:
@@ -133,7 +155,7 @@ def as_json(name: str, axes: Sequence[Axis], points: Sequence[Point], results: P
 
 
 def write_sweep(out: Path, name: str, axes: Sequence[Axis], points: Sequence[Point]) -> dict[str, Any]:
-    """Write ``sweep.csv`` and ``sweep.json`` and return the object of the latter.
+    """Write ``sweep.csv``, ``sweep.parquet`` and ``sweep.json`` and return the object of the latter.
 
     Rows are points; a failed one has its values and empty numbers. A sweep that was interrupted is marked
     ``incomplete`` in both file names; a whole one removes those.
@@ -145,8 +167,9 @@ def write_sweep(out: Path, name: str, axes: Sequence[Axis], points: Sequence[Poi
     columns = [np.array([p.values[axis.name] for p in points]) for axis in axes]
     columns += [np.array([p.metrics[name].value if name in p.metrics else np.nan for p in points]) for name in found]
     data = as_json(name, axes, points, out / f"{stem}.csv")
-    write_table(out / f"{stem}.csv", header, columns)
+    for ending in TABLES:
+        write_table(out / f"{stem}.{ending}", header, columns)
     (out / f"{stem}.json").write_text(json.dumps(finite(data), indent=2) + "\n", encoding="utf-8")
-    for ending in ("csv", "json") if whole else ():
+    for ending in (*TABLES, "json") if whole else ():
         (out / f"sweep.incomplete.{ending}").unlink(missing_ok=True)
     return data

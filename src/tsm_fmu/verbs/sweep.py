@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -11,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from .. import __version__
 from ..cosim import sweep as sweeping
+from ..cosim.cluster import cluster
+from ..cosim.master import simulate_system
 from ..cosim.point_file import PointFile
 from ..cosim.progress import bar
 from ..cosim.sweep import Axis, Point
@@ -134,6 +137,7 @@ def sweep(
     loops: str | None = None,
     isolate: bool | None = None,
     time_limit: float = TIME_LIMIT,
+    scheduler: str | None = None,
     progress: bool = False,
     notes: Callable[[str], object] = lambda _: None,
 ) -> SweepResult:
@@ -149,6 +153,9 @@ def sweep(
         Folder for table and report; points are kept there as they are found, so that a killed sweep goes on.
     values, case, stop, step, jacobi, loops, isolate, time_limit, progress
         As in `run`.
+    scheduler : str, optional
+        Address of a Dask scheduler whose workers do the points, as in ``tcp://host:8786``; they see the same folders.
+        An FMU that takes its worker with it fails its point; ``isolate`` and ``time_limit`` are for runs here.
     notes : callable
         Told how many points were kept from before.
 
@@ -162,8 +169,13 @@ def sweep(
         As in `run`; an axis that no system has; all points failed.
     """
     folder = None if out is None else Path(out)
-    with opened(what, folder, values or {}, case, stop, step, jacobi, loops, isolate, time_limit) as system:
+    here = isolate if scheduler is None else False
+    with ExitStack() as stack:
+        system = stack.enter_context(
+            opened(what, folder, values or {}, case, stop, step, jacobi, loops, here, time_limit)
+        )  # fmt: skip
         axes = sweeping.grid(system.cases, vary)
+        mapped = map if scheduler is None else stack.enter_context(cluster(scheduler))
         kept = None
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
@@ -174,8 +186,9 @@ def sweep(
         try:
             with bar(progress, f"sweep {system.name}", sweeping.size(axes)) as advance:
                 for point in sweeping.sweep(
-                    system.cases, axes, record=system.record, quantities=system.quantities, simulate=system.simulate,
-                    begin=len(points),
+                    system.cases, axes, record=system.record, quantities=system.quantities,
+                    simulate=system.simulate if scheduler is None else simulate_system, begin=len(points),
+                    mapped=mapped,
                 ):  # fmt: skip
                     points.append(point) if kept is None else kept.add(point)
                     advance(len(points))

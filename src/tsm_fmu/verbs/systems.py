@@ -76,7 +76,7 @@ def opened(
         timing["method"] = "jacobi"
     with ExitStack() as stack:
         if scenario is not None:
-            folder = out or Path(stack.enter_context(TemporaryDirectory(prefix="tsm-fmu-")))
+            folder = (out or Path(stack.enter_context(TemporaryDirectory(prefix="tsm-fmu-")))).resolve()
             paths = {model: folder / "fmus" / f"{model}.fmu" for model in scenario.FMUS}
             cases, record = scenario.cases(paths), scenario.RECORD
         elif what.endswith(".ssp"):

@@ -1,0 +1,87 @@
+"""Sweeps on a Dask cluster of processes: the numbers of a sweep here, also where a worker is killed in the middle."""
+
+import json
+import os
+import signal
+import threading
+import time
+
+import pytest
+from distributed import Client, LocalCluster
+
+from tsm_fmu.cli.app import run
+from tsm_fmu.cosim.ssp import write_ssp
+from tsm_fmu.cosim.system import Component, Connection, Experiment, System
+
+VARY = ["--vary", "belt.mode=0:2:3", "--vary", "g.k=-3.3:-0.7:7"]
+
+
+@pytest.fixture(scope="module")
+def workers():
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+        yield cluster
+
+
+@pytest.fixture(scope="module")
+def path(foreign, tmp_path_factory):
+    """A decay, beside a unit of which two of three modes fail."""
+    components = (
+        Component("x", foreign["integrator"], {"x_0": 1.3}),
+        Component("g", foreign["gain"], {"u_2": 0.0}),
+        Component("belt", foreign["failing"], {"t_fail": 0.37}),
+    )
+    links = (Connection("x.x", "g.u"), Connection("g.y", "x.u"))
+    system = System(components, links)
+    return write_ssp(tmp_path_factory.mktemp("system") / "decay.ssp", (system, Experiment(stop=20.0, step=0.01)))
+
+
+@pytest.fixture(scope="module")
+def here(path, tmp_path_factory):
+    out = tmp_path_factory.mktemp("here")
+    assert run(["sweep", str(path), *VARY, "--out", str(out), "--no-isolate"]) == 2  # points fail
+    return json.loads((out / "sweep.json").read_text())
+
+
+def kill_one(address, points, killed):
+    """Kill a worker as soon as some points are done."""
+    with Client(address, set_as_default=False) as client:
+        pids = client.run(os.getpid)
+        while not points.is_file() or len(points.read_text().splitlines()) < 4:
+            time.sleep(0.01)
+        os.kill(next(iter(pids.values())), signal.SIGKILL)
+        killed.append(len(points.read_text().splitlines()) - 1)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="kills a process with SIGKILL, which Windows does not have")
+def test_a_killed_worker_costs_nothing_and_failed_points_are_recorded(workers, path, here, tmp_path):
+    killed: list[int] = []
+    arguments = (workers.scheduler_address, tmp_path / "sweep.points.jsonl", killed)
+    killer = threading.Thread(target=kill_one, args=arguments)
+    killer.start()
+    code = run(["sweep", str(path), *VARY, "--out", str(tmp_path), "--scheduler", workers.scheduler_address])
+    killer.join()
+    there = json.loads((tmp_path / "sweep.json").read_text())
+    assert code == 2  # points fail, as here
+    assert killed[0] < len(there["points"]), "the sweep was done before a worker was killed"
+    assert there["points"] == here["points"]
+    assert sum(bool(point["failed"]) for point in there["points"]) == 14
+    assert there["complete"]
+
+
+def test_the_table_is_written_as_parquet_too(workers, path, tmp_path):
+    import pandas as pd
+
+    vary = ["--vary", "g.k=-3.3:-0.7:3"]
+    assert run(["sweep", str(path), *vary, "--out", str(tmp_path), "--scheduler", workers.scheduler_address]) == 0
+    table = pd.read_parquet(tmp_path / "sweep.parquet")
+    text = pd.read_csv(tmp_path / "sweep.csv")
+    assert list(table.columns) == list(text.columns)
+    assert table["g.k [1]"].tolist() == pytest.approx([-3.3, -2.0, -0.7])
+
+
+def test_a_scheduler_without_workers_is_one_line(path, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("tsm_fmu.cosim.cluster.PATIENCE", 1.0)
+    with LocalCluster(n_workers=0, dashboard_address=None) as empty:
+        address = empty.scheduler_address
+        assert run(["sweep", str(path), "--vary", "g.k=1:2:2", "--out", str(tmp_path), "--scheduler", address]) == 2
+    assert f"--scheduler {address} has no worker -- expected one or more" in capsys.readouterr().err
