@@ -152,7 +152,12 @@ def test_a_killed_sweep_goes_on_where_it_was_and_gives_what_an_undisturbed_one_g
     sweep = ["sweep", str(path), "--vary", "one.k=0.5:4:8"]
     assert tsm_fmu([*sweep, "--out", str(out)]) == 0
     assert "5 of 8 points kept from a sweep that did not end" in capsys.readouterr().err
-    assert sorted(p.name for p in out.iterdir()) == ["report.html", "sweep.csv", "sweep.json"]
+    assert sorted(p.name for p in out.iterdir()) == [
+        "report.html",
+        "sweep.csv",
+        "sweep.json",
+        "sweep.parquet",
+    ]
     assert tsm_fmu([*sweep, "--out", str(tmp_path / "whole")]) == 0
     assert (out / "sweep.csv").read_bytes() == (tmp_path / "whole" / "sweep.csv").read_bytes()
     assert "kept from" not in capsys.readouterr().err
