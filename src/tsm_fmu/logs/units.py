@@ -163,6 +163,7 @@ def _pint_text(text: str) -> str:
     text = re.sub(r"\b([kMmuµμ]?N)(mm|cm|m)\b", r"\1*\2", text)
     text = re.sub(r"(?<=[A-Za-z\d)°])\.(?=[A-Za-zµμ°(Ω])", "*", text)  # N.m
     text = re.sub(r"(?<=[A-Za-z])-(?=[A-Za-z])", "*", text)  # N-m
+    text = re.sub(r"\)(-?\d)(?![\d.])", r")**\1", text)  # (m/s)2
     return re.sub(r"\b(mm|cm|km|um|m|s|ms|rad|deg|kg|g|A|N|K|V)(-?\d)\b", r"\1**\2", text)  # m/s2
 
 
