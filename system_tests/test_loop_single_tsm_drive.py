@@ -28,6 +28,15 @@ def test_the_motor_carries_the_tension_and_the_tension_is_load_and_friction(runs
     assert np.ptp(run["plant.F"]) > 5.0
 
 
+def test_the_friction_is_the_kernel_on_the_motion_of_the_motor(runs):
+    k = kernel("SingleTsmDahl")
+    for run in runs.values():
+        columns = {"v": R * run.columns["motor.omega"], "a": R * run.columns["motor.domega"]}
+        rows = np.column_stack([columns.get(v.name, np.zeros(run.time.size)) for v in k.inputs])
+        force = k.simulate(k.params("published"), run.time, rows)[:, [v.name for v in k.outputs].index("F")]
+        assert np.abs(force - run.columns["plant.F"]).max() < 1e-9
+
+
 def test_the_voltage_at_work_is_that_of_the_motor_equations(runs):
     """U = R_a i + k_e N omega k_t N e i = tau + J domega + own friction: within what coils and steps hide."""
     run = runs["1_hz.5_mm"]

@@ -114,7 +114,6 @@ NO_CLAIM: dict[str, dict[str, str]] = {
     "icinco2013": {
         "Fig. 1": SKETCH,
         "Fig. 4": SKETCH,
-        "Fig. 5": SKETCH,
     },
     "mmt2015": {
         "Fig. 1": SKETCH,

@@ -56,6 +56,7 @@ def result(quick: bool = False) -> PaperResult:
         claims,
         {
             "Fig. 3": _tension_figures(cycles),
+            "Fig. 5": _phase_figures(cycles[f"Fig. 6.{DRAWN}"]),
             **{item: _figures(cycles[f"{item}.{DRAWN}"]) for item in FREQUENCIES_HZ},
         },
         {"Table 1": recovery_table(identified)},
@@ -148,7 +149,7 @@ def _continuous(found: Mapping[str, Trajectory]) -> Claim:
     }
     return statement_claim(
         "icinco2013.smooth",
-        ("Section 3.2", "Fig. 6"),
+        ("Section 3.2", "Fig. 5", "Fig. 6"),
         "largest change of F in a step, with half the step over the whole",
         "1",
         "'the transition from presliding to sliding regime is guaranteed to be smooth'",
@@ -267,6 +268,24 @@ def _figures(cycle: Mapping[str, Any]) -> tuple[Figure, ...]:
         plot([Line("model", cycle["t"], cycle["F"])], "Friction over time", "time [s]", "F [N]"),
         plot([Line("model", cycle["v"], cycle["F"])], "over velocity", "velocity [mm/s]", "F [N]"),
         plot([Line("model", cycle["x"], cycle["F"])], "over position", "position [mm]", "F [N]"),
+    )
+
+
+def _phase_figures(cycle: Mapping[str, Any]) -> tuple[Figure, ...]:
+    """Friction of the last cycle by the signs of speed and acceleration, which choose the branch of Eq. (2)."""
+    last = cycle["t"] > cycle["t"][-1] - 1.0 / FREQUENCIES_HZ["Fig. 6"]
+    speed, force, x = (cycle[name][last] for name in ("v", "F", "x"))
+    faster = np.gradient(speed) > 0.0
+    phases = {
+        "v > 0, a > 0": (speed > 0.0) & faster,
+        "v > 0, a < 0": (speed > 0.0) & ~faster,
+        "v < 0, a < 0": (speed <= 0.0) & ~faster,
+        "v < 0, a > 0": (speed <= 0.0) & faster,
+    }
+    drawn = {name: np.where(here, force, np.nan) for name, here in phases.items()}
+    return (
+        plot([Line(n, x, f) for n, f in drawn.items()], "Phases over position", "position [mm]", "F [N]"),
+        plot([Line(n, speed, f) for n, f in drawn.items()], "Phases over velocity", "velocity [mm/s]", "F [N]"),
     )
 
 

@@ -32,6 +32,8 @@ NAMES = (
     "rho1", "rho2", "mu1", "mu2", "mu3", "kappa1", "kappa2", "kappa3", "kappa4", "kappa5", "lambda", "rho", "sigma0"
 )  # fmt: skip
 """Identified parameters, Section 3.3."""
+LUGRE_NAMES = ("sigma0", "sigma1", "sigma2", "F_c", "F_s", "v_s")
+"""Identified parameters of the LuGre model, Section 3.2."""
 WINDOWS = {"0-5 s": (0.0, 5.0), "5-10 s": (5.0, 10.0), "0-10 s": (0.0, 10.0)}
 
 
@@ -74,10 +76,14 @@ def mse(a: FloatArray, b: FloatArray, time: FloatArray, window: str) -> float:
     return float(np.mean((a - b)[kept] ** 2))
 
 
-def trial(found: Mapping[str, Trajectory]) -> Trial:
-    """The published set on both motions, with the noise that the reported MSE leaves room for."""
+def trials(found: Mapping[str, Trajectory]) -> dict[str, Trial]:
+    """Both published sets with the noise that the reported MSE leaves room for; LuGre on the periodic motion only."""
     inputs = {"x": ("reference.y", 1.0), "v": ("reference.dy", 1.0), "a": ("reference.ddy", 1.0)}
     output = f"{plant('printed', 'Eqs (10)-(12)')}.F"
     motions = tuple(Motion(found[item], inputs, output, (0.0, 10.0)) for item in MOTIONS)
+    periodic = (Motion(found["Fig. 6"], {"v": inputs["v"]}, "lugre.F", (0.0, 10.0)),)
     noise = math.sqrt(MSE["Fig. 6"].span.middle)
-    return Trial(MODEL, "published", "F", motions, NAMES, noise, 2e-2, encoder=COUNT)
+    return {
+        "set": Trial(MODEL, "published", "F", motions, NAMES, noise, 2e-2, encoder=COUNT),
+        "LuGre": Trial("LuGreFriction", "mmt2015", "F", periodic, LUGRE_NAMES, noise, 2e-2),
+    }
