@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PINNED := pyproject.toml constraints.txt build_scripts/setup_venv.py
 
-.PHONY: demo test lint types bench docs fmus reproduce clean
+.PHONY: demo test lint types bench docs fmus reproduce mutate clean
 
 demo: .venv/ready
 	$(BIN)/tsm-fmu demo --out out/demo
@@ -31,6 +31,9 @@ fmus: .venv/ready
 reproduce: .venv/ready
 	$(BIN)/tsm-fmu reproduce --out out/reproduce
 
+mutate: .venv/ready-mutation  # faults put into the files that differ from BASE: which of them do the tests not see?
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python build_scripts/mutate.py --base $(or $(BASE),main) $(FILES)
+
 .venv/ready: $(PINNED)
 	$(PYTHON) build_scripts/setup_venv.py
 	@touch $@
@@ -38,6 +41,10 @@ reproduce: .venv/ready
 .venv/ready-test: $(PINNED)
 	$(PYTHON) build_scripts/setup_venv.py test
 	@touch $@ .venv/ready
+
+.venv/ready-mutation: $(PINNED)
+	$(PYTHON) build_scripts/setup_venv.py test,mutation
+	@touch $@ .venv/ready .venv/ready-test
 
 clean:
 	rm -rf out build docs/_build docs/models docs/effects fmus/dist .pytest_cache .ruff_cache
