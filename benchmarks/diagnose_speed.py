@@ -1,8 +1,8 @@
 """Time of a diagnosis with all candidates, by step and against the number of samples, and of the first start.
 
 ``python -m benchmarks.diagnose_speed`` prints this alone. The rig is one of `blind.plants` with an effect hidden, so
-that the search goes all the way to a name. But for the first start, kernels are compiled before the clock starts. What a
-user waits for besides (FMU, replay, report) is printed beside it. Seconds mean little on a busy machine: see the CPU.
+that the search goes all the way to a name. But for the first start, kernels are compiled before the clock starts. What
+a user waits for besides (FMU, replay, report) is printed beside it. Seconds mean little on a busy machine: see the CPU.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ def lines(*, first_start_only: bool = False) -> Iterator[str]:
             records.append(read_record(folder / log))
         if first_start_only:
             begin = process_time()
-            cost, *_ = _timed(records[:FEW_RUNS], FEW_ROWS, made.values)
-            yield f"{cost:.1f} s, {process_time() - begin:.1f} s of CPU"
+            wall, *_ = _timed(records[:FEW_RUNS], FEW_ROWS, made.values)
+            yield f"{wall:.1f} s, {process_time() - begin:.1f} s of CPU"
             return
         yield f"first start, {FEW_RUNS} x {FEW_ROWS} samples, target {FIRST_START_S:.0f} s: {_first_start()}"
         _timed(records, SHORTER[0], made.values)  # compiles
@@ -73,11 +73,12 @@ def lines(*, first_start_only: bool = False) -> Iterator[str]:
             named = ", ".join(found.effects) or found.verdict
             times = cost[rows] / cost[SHORTER[0]]
             yield (
-                f"  {rows:>6} samples a run: {cost[rows]:>6.1f} s ({cpu:.1f} s of CPU), {times:>4.2f} times that of {SHORTER[0]} for "
-                f"{rows / SHORTER[0]:.0f} times the samples ({named} for {', '.join(CASE.hidden)})"
+                f"  {rows:>6} samples a run: {cost[rows]:>6.1f} s ({cpu:.1f} s of CPU), {times:>4.2f} times "
+                f"that of {SHORTER[0]} for {rows / SHORTER[0]:.0f} times the samples ({named} for {', '.join(CASE.hidden)})"
             )
         verdict = "met" if cost[ROWS] <= TARGET_S else "MISSED"
-        yield f"  {RUNS} x {ROWS} samples: {cost[ROWS]:.1f} s ({cpu:.1f} s of CPU), target {TARGET_S:.0f} s {verdict}; of these"
+        spent = f"{cost[ROWS]:.1f} s ({cpu:.1f} s of CPU)"
+        yield f"  {RUNS} x {ROWS} samples: {spent}, target {TARGET_S:.0f} s {verdict}; of these"
         for what, seconds in sorted(steps.items(), key=lambda item: -item[1]):
             yield f"    {what:<54} {seconds:>6.1f} s {100.0 * seconds / cost[ROWS]:>5.0f} %"
         begin = perf_counter()
