@@ -25,6 +25,8 @@ from .verbs.run import run as run
 from .verbs.samples import sample as sample
 from .verbs.simulate import SimulateResult as SimulateResult
 from .verbs.simulate import simulate as simulate
+from .verbs.step_study import StepStudyResult as StepStudyResult
+from .verbs.step_study import step_study as step_study
 from .verbs.sweep import SweepResult as SweepResult
 from .verbs.sweep import sweep as sweep
 from .verbs.track import TrackResult as TrackResult

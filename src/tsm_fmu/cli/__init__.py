@@ -20,6 +20,7 @@ from . import (
     run,
     sample,
     simulate,
+    step_study,
     sweep,
     track,
     validate,
@@ -42,6 +43,7 @@ VERBS = (
     reproduce,
     sweep,
     linearize,
+    step_study,
     report,
     local_page,
 )

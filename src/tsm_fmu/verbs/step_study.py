@@ -1,0 +1,132 @@
+"""``step-study``: what the communication step and the order of exchange cost."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ..cosim.step_study import MATTERS, SignalStudy
+from ..cosim.step_study import step_study as study_case
+from ..models.contract import InputError
+from ..report.text import text_table
+from . import TIME_LIMIT
+from .systems import opened
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class StepStudyResult:
+    """A study of the communication step; see `step_study`.
+
+    Attributes
+    ----------
+    case : str
+    steps : tuple of float
+        The steps [s], the longest first.
+    signals : tuple of SignalStudy
+    """
+
+    case: str
+    steps: tuple[float, ...]
+    signals: tuple[SignalStudy, ...]
+
+    @property
+    def sentence(self) -> str:
+        """Whether the order of exchange matters, in words."""
+        worst = max(self.signals, key=lambda s: s.share)
+        if worst.share < MATTERS:
+            return f"The order of exchange does not matter: at most {100 * worst.share:.2g} % ({worst.signal})."
+        return (
+            f"The order of exchange matters: with Jacobi {worst.signal} differs by {100 * worst.share:.3g} % of its size "
+            f"from Gauss-Seidel at {self.steps[0]:g} s; shorten the step, or take the master that it is meant for."
+        )
+
+    def summary(self) -> str:
+        """The table of differences with observed orders, and the sentence."""
+        heading = ("signal", "size", "halved", "order", "Jacobi halved", "order", "Jacobi - Gauss-Seidel", "unit")
+        rows = []
+        for s in self.signals:
+            serial, parallel = s.halved["gauss-seidel"], s.halved["jacobi"]
+            rows.append((
+                s.signal, f"{s.size:.5g}", f"{serial[0]:.3g}", _shown(s.order("gauss-seidel")), f"{parallel[0]:.3g}",
+                _shown(s.order("jacobi")), f"{s.exchange[0]:.3g}", s.unit,
+            ))  # fmt: skip
+        steps = ", ".join(f"{step:g}" for step in self.steps)
+        return f"{text_table(heading, rows)}\n{self.case}, steps of {steps} s. {self.sentence}"
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a signal and step: differences [unit of the signal] of both methods."""
+        import pandas as pd
+
+        rows = [
+            {"signal": s.signal, "unit": s.unit, "step [s]": step, "gauss-seidel": a, "jacobi": b, "exchange": c}
+            for s in self.signals
+            for step, a, b, c in zip(
+                self.steps, s.halved["gauss-seidel"], s.halved["jacobi"], s.exchange, strict=False
+            )  # the last step has no half
+        ]
+        return pd.DataFrame(rows)
+
+    def as_json(self) -> dict[str, Any]:
+        """The JSON contract of ``step-study``."""
+        return {
+            "case": self.case, "steps": self.steps, "sentence": self.sentence,
+            "signals": {
+                s.signal: {
+                    "unit": s.unit, "size": s.size, "halved": s.halved, "exchange": s.exchange,
+                    "order": {method: s.order(method) for method in s.halved},
+                }
+                for s in self.signals
+            },
+        }  # fmt: skip
+
+
+def step_study(
+    what: str | os.PathLike[str],
+    *,
+    halvings: int = 3,
+    values: Mapping[str, object] | None = None,
+    case: Sequence[str] = (),
+    stop: float | None = None,
+    step: float | None = None,
+    loops: str | None = None,
+    isolate: bool | None = None,
+    time_limit: float = TIME_LIMIT,
+) -> StepStudyResult:
+    """Run a system with its communication step and its halves, with Gauss-Seidel and Jacobi.
+
+    Parameters
+    ----------
+    what : str or Path
+        Name of a scenario, or a file that ends in ``.ssp``.
+    halvings : int
+        How often the step is halved, 1 to 10; orders need two.
+    values, case, stop, step, loops, isolate, time_limit
+        As in `run`; the first case without a name.
+
+    Returns
+    -------
+    StepStudyResult
+
+    Raises
+    ------
+    InputError
+        As in `run`.
+    """
+    if not 1 <= halvings <= 10:
+        raise InputError(f"halvings {halvings!r} -- expected 1 to 10 -- correct it")
+    with opened(what, None, values or {}, case, stop, step, False, loops, isolate, time_limit) as system:
+        name, one = next(iter(system.cases.items()))
+        present = {c.name for c in one[0].components}
+        record = None if system.record is None else [a for a in system.record if a.partition(".")[0] in present]
+        signals = study_case(one, halvings, record=record, simulate=system.simulate)
+    return StepStudyResult(name, tuple(one[1].step / 2**k for k in range(halvings + 1)), signals)
+
+
+def _shown(order: float) -> str:
+    return f"{order:.2f}" if math.isfinite(order) else "-"
