@@ -42,8 +42,8 @@ class StepStudyResult:
         if worst.share < MATTERS:
             return f"The order of exchange does not matter: at most {100 * worst.share:.2g} % ({worst.signal})."
         return (
-            f"The order of exchange matters: with Jacobi {worst.signal} differs by {100 * worst.share:.3g} % of its size "
-            f"from Gauss-Seidel at {self.steps[0]:g} s; shorten the step, or take the master it is meant for."
+            f"The order of exchange matters: with Jacobi {worst.signal} differs by {100 * worst.share:.3g} % of its "
+            f"size from Gauss-Seidel at {self.steps[0]:g} s; shorten the step, or take the master it is meant for."
         )
 
     def summary(self) -> str:
