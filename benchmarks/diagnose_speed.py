@@ -74,7 +74,8 @@ def lines(*, first_start_only: bool = False) -> Iterator[str]:
             times = cost[rows] / cost[SHORTER[0]]
             yield (
                 f"  {rows:>6} samples a run: {cost[rows]:>6.1f} s ({cpu:.1f} s of CPU), {times:>4.2f} times "
-                f"that of {SHORTER[0]} for {rows / SHORTER[0]:.0f} times the samples ({named} for {', '.join(CASE.hidden)})"
+                f"that of {SHORTER[0]} for {rows / SHORTER[0]:.0f} times the samples "
+                f"({named} for {', '.join(CASE.hidden)})"
             )
         verdict = "met" if cost[ROWS] <= TARGET_S else "MISSED"
         spent = f"{cost[ROWS]:.1f} s ({cpu:.1f} s of CPU)"
