@@ -149,7 +149,9 @@ def write_scenario_report(
     return write_report(
         path,
         "Single tendon-sheath drive",
-        f"{len(runs)} closed loops of motor, gear {GEAR:g}:1, PID and tendon (ICINCO 2013).",
+        f"Motor, gear {GEAR:g}:1, PID and tendon in a closed loop (ICINCO 2013): the drive carries friction of "
+        f"{min(m.quantities['friction_min'].value for m in metrics.values()):.1f} to "
+        f"{max(m.quantities['friction_max'].value for m in metrics.values()):.1f} N.",
         [Section("Closed loop", text, (Table(heading, rows),), _figures(runs))],
         {"tsm-fmu": __version__},
     )
