@@ -158,7 +158,7 @@ CASES = [
     ("diagnose TendonDrive --measured angle.csv --out d", "channel 'Theta' in m -- expected a unit such as rad"),
     ("validate", "Missing argument 'FMU ...' -- expected what the help lists -- see 'tsm-fmu validate --help'"),
     ("run junk.ssp --out r", "junk.ssp"),
-    ("export folder.toml --out a.fmu", "card folder.toml -- expected a readable file (Is a directory)"),
+    ("export folder.toml --out a.fmu", "card folder.toml: a folder, a pipe or a device -- expected TOML"),
     ("export ok.csv --out a.fmu", "card ok.csv: Expected '=' after a key"),
     # FMUs
     ("simulate folder.fmu --input ok.csv --out s.csv", "FMU folder.fmu -- expected an existing .fmu file"),
