@@ -77,41 +77,6 @@ def test_threads_and_forty_thousand_refused_steps_keep_nothing(program, folder):
     assert int(refused.split()[2]) < 24  # a text is 200
 
 
-SOAK = """
-import ctypes, resource, sys
-library = ctypes.CDLL(sys.argv[1])
-log = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
-class Callbacks(ctypes.Structure):
-    _fields_ = [("log", log), *((name, ctypes.c_void_p) for name in "afse")]
-callbacks = Callbacks(log=log(lambda *a: None))
-library.fmi2Instantiate.restype = ctypes.c_void_p
-step = library.fmi2DoStep
-step.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int]
-def life(steps):
-    unit = ctypes.c_void_p(library.fmi2Instantiate(b"one", 1, sys.argv[2].encode(), b"", ctypes.byref(callbacks), 0, 0))
-    library.fmi2SetupExperiment(unit, 0, ctypes.c_double(), ctypes.c_double(), 0, ctypes.c_double())
-    worst = max(library.fmi2EnterInitializationMode(unit), library.fmi2ExitInitializationMode(unit))
-    for n in range(steps):
-        worst = max(worst, step(unit, n * 2.0 ** -10, 2.0 ** -10, 1))
-    library.fmi2FreeInstance(unit)
-    return worst
-worst = max(life(1) for _ in range(20_000))
-before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-worst = max(worst, max(life(1) for _ in range(200_000)), life(1_000_000))
-print(worst, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
-"""
-
-
-def test_two_hundred_thousand_lives_and_a_million_steps_without_growth(folder):
-    guid = fmpy.read_model_description(str(folder)).guid
-    library = folder / f"binaries/linux64/{NAME}.so"
-    done = subprocess.run([sys.executable, "-c", SOAK, str(library), str(guid)], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    worst, grown = map(int, done.stdout.split())
-    assert worst == 0
-    assert grown < 200  # kB
-
-
 def test_valgrind_finds_nothing_in_the_c_host(program, folder):
     if not shutil.which("valgrind"):
         pytest.skip("no valgrind here: install it")

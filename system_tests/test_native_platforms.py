@@ -33,7 +33,7 @@ def expected(k: Kernel) -> list[float]:
     return rows[99::100]
 
 
-def host_of(path: Path, library: Path, fmi: int, compiler: list[str], program: Path) -> Path:
+def host_of(path: Path, library: Path, fmi: int, compiler: list[str], program: Path, **more: int) -> Path:
     """Compile the host for one unit."""
     described = fmpy.read_model_description(str(path))
     references = {v.name: v.valueReference for v in described.modelVariables}
@@ -46,7 +46,7 @@ def host_of(path: Path, library: Path, fmi: int, compiler: list[str], program: P
         "VR_OUT": references[k.outputs[0].name],
         "STEPS": STEPS,
         "STEP": STEP,
-    }
+    } | more
     flags = [f"-D{name}={value}" for name, value in given.items()]
     done = subprocess.run([*compiler, *flags, str(SOURCE), "-o", str(program)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
@@ -71,6 +71,18 @@ def test_a_host_in_c_gets_the_numbers_of_plain_python(tmp_path, name, fmi):
     done = subprocess.run([str(program)], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     assert [float(line) for line in done.stdout.split()] == expected(kernel(name))
+
+
+@VERSIONS
+def test_a_million_lives_and_ten_million_steps_without_growth(tmp_path, fmi):
+    if not shutil.which("gcc"):
+        pytest.skip("no gcc here: install it")
+    path, library = built("TendonDrive", fmi, {2: "linux64", 3: "x86_64-linux"}[fmi], tmp_path)
+    soak = {"LIVES": 1_000_000, "STEPS": 10_000_000}
+    program = host_of(path, library, fmi, ["gcc", "-O1", "-ldl"], tmp_path / "host", **soak)
+    done = subprocess.run([str(program)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert int(done.stdout) < 200  # kB: pages of code met late; one byte a life would be 900
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,7 @@
 /* Steps one native unit, FMI 2.0 or 3.0, on Linux or Windows, and prints its first output every 100 steps.
  *
+ * With LIVES given (Linux), so many instances make one step each and are freed; then one makes STEPS steps. Printed is the
+ * memory that the process has grown by after the first tenth of the lives.
  * Compiled for each unit with FMI, LIBRARY, TOKEN, VR_IN, VR_OUT, STEPS and STEP given. On Windows there is no start-up
  * code, so that MinGW's need not be compiled.
  */
@@ -29,6 +31,21 @@ int snprintf(char *text, size_t size, const char *format, ...)
 #define SAY(...) (printf(__VA_ARGS__), puts(""))
 #endif
 
+#ifndef LIVES
+#define LIVES 0
+#endif
+
+#if LIVES > 0
+static long resident(void)  /* kB */
+{
+    long pages = 0, all = 0;
+    FILE *file = fopen("/proc/self/statm", "r");
+    if (file == NULL || fscanf(file, "%ld %ld", &all, &pages) != 2) return -1;
+    fclose(file);
+    return 4 * pages;
+}
+#endif
+
 typedef void *Unit;
 typedef struct { void *logger, *allocate, *release, *finished, *environment; } Callbacks;
 
@@ -44,6 +61,7 @@ static int run(void)
     const unsigned input = VR_IN, output = VR_OUT;
     double y = 0.0;
     int k, worst = 0;
+    long life, steps, before = 0;
     Unit unit;
     if (library == NULL) return fail("load");
 #if FMI == 2
@@ -61,8 +79,6 @@ static int run(void)
     *(void **)&step = FIND(library, "fmi2DoStep");
     void (*release)(Unit);
     *(void **)&release = FIND(library, "fmi2FreeInstance");
-    unit = instantiate("one", 1, TOKEN, "", &callbacks, 0, 0);
-    if (unit == NULL || setup(unit, 0, 0.0, 0.0, 0, 0.0) || enter(unit) || leave(unit)) return fail("start");
 #else
     Unit (*instantiate)(const char *, const char *, const char *, bool, bool, bool, bool, const unsigned *, size_t, void *,
         void *, void *);
@@ -80,21 +96,36 @@ static int run(void)
     *(void **)&step = FIND(library, "fmi3DoStep");
     void (*release)(Unit);
     *(void **)&release = FIND(library, "fmi3FreeInstance");
-    unit = instantiate("one", TOKEN, "", false, false, false, false, NULL, 0, NULL, NULL, NULL);
-    if (unit == NULL || enter(unit, false, 0.0, 0.0, false, 0.0) || leave(unit)) return fail("start");
 #endif
-    for (k = 0; k < STEPS; k++) {
-        double u = (k * 37 % 200) / 400.0 - 0.2;
+    for (life = 0; life <= LIVES; life++) {
 #if FMI == 2
-        int status = set(unit, &input, 1, &u) | step(unit, k * STEP, STEP, 1) | get(unit, &output, 1, &y);
+        unit = instantiate("one", 1, TOKEN, "", &callbacks, 0, 0);
+        if (unit == NULL || setup(unit, 0, 0.0, 0.0, 0, 0.0) || enter(unit) || leave(unit)) return fail("start");
 #else
-        int status = set(unit, &input, 1, &u, 1) | step(unit, k * STEP, STEP, true, &event, &end, &early, &time)
-            | get(unit, &output, 1, &y, 1);
+        unit = instantiate("one", TOKEN, "", false, false, false, false, NULL, 0, NULL, NULL, NULL);
+        if (unit == NULL || enter(unit, false, 0.0, 0.0, false, 0.0) || leave(unit)) return fail("start");
 #endif
-        worst |= status;
-        if (k % 100 == 99) SAY("%.17g", y);
+        steps = life == LIVES ? STEPS : 1;
+        for (k = 0; k < steps; k++) {
+            double u = (k * 37L % 200) / 400.0 - 0.2;
+#if FMI == 2
+            int status = set(unit, &input, 1, &u) | step(unit, k * STEP, STEP, 1) | get(unit, &output, 1, &y);
+#else
+            int status = set(unit, &input, 1, &u, 1) | step(unit, k * STEP, STEP, true, &event, &end, &early, &time)
+                | get(unit, &output, 1, &y, 1);
+#endif
+            worst |= status;
+            if (LIVES == 0 && k % 100 == 99) SAY("%.17g", y);
+        }
+        release(unit);
+#if LIVES > 0
+        if (life == LIVES / 10) before = resident();
     }
-    release(unit);
+    SAY("%ld", resident() - before);
+#else
+    }
+    (void)before;
+#endif
     return worst == 0 ? 0 : fail("step");
 }
 

@@ -93,16 +93,22 @@ CONDITIONS = (
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(0.0), _outputs(p, 0.0, u.v)
+    return State(0.0), _outputs(p, 0.0, u.v, _steady(p, u.v))
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
-    z = bristle_after(s.z, u.v, dt, stribeck(u.v, p.F_c, p.F_s, p.v_s) / p.sigma0)  # (40d)
-    return State(z), _outputs(p, z, u.v)
+    steady = _steady(p, u.v)
+    z = bristle_after(s.z, u.v, dt, steady)  # (40d)
+    return State(z), _outputs(p, z, u.v, steady)
 
 
-def _outputs(p: Params, z: float, v: float) -> Outputs:
-    f = friction(z, v, stribeck(v, p.F_c, p.F_s, p.v_s) / p.sigma0, p.sigma0, p.sigma1, p.sigma2)  # (40c)
+def _steady(p: Params, v: float) -> float:
+    """Steady magnitude S(v) of the deflection, Eq (40b)."""
+    return stribeck(v, p.F_c, p.F_s, p.v_s) / p.sigma0
+
+
+def _outputs(p: Params, z: float, v: float, steady: float) -> Outputs:
+    f = friction(z, v, steady, p.sigma0, p.sigma1, p.sigma2)  # (40c)
     return Outputs(f, f * v)
 
 

@@ -20,12 +20,15 @@ from tempfile import TemporaryDirectory
 
 from ...models.contract import InputError
 
-FLAGS = ("-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-g0")
+FLAGS = ("-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-fno-math-errno", "-g0")
 """Without contraction and fast-math: the bits are those of plain Python."""
 
 GLIBC = "2.17"
 """Oldest C library of Linux that the binaries run with."""
 
+
+FAST = ("-O2", "-mllvm", "-inline-threshold=1000")
+"""A step in one piece costs two thirds of one in several functions."""
 
 LIMIT = 100_000
 """Size of a library [B] from which on the model's own equations are compiled for size too."""
@@ -103,7 +106,7 @@ def _place(platform: Platform, name: str, fmi: int) -> str:
 
 
 def _library(platform: Platform, folder: Path, main: str, name: str) -> bytes:
-    fast = _compiled(platform, folder, main, name, "-O2")
+    fast = _compiled(platform, folder, main, name, *FAST)
     return fast if len(fast) < LIMIT else _compiled(platform, folder, main, name, *SMALL)
 
 

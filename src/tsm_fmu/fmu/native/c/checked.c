@@ -133,3 +133,16 @@ void sentence_put(char *text, size_t size, const char *format, ...)
     sentence_write(text, size, format, values);
     va_end(values);
 }
+
+double checked_not_finite(double result, double argument, bool can_overflow, Fault *fault)
+{
+    if (isnan(result) && !isnan(argument)) {
+        fault_raise(fault, "math domain error");
+        return 0.0;
+    }
+    if (isinf(result) && isfinite(argument)) {
+        fault_raise(fault, can_overflow ? "math range error" : "math domain error");
+        return 0.0;
+    }
+    return result;
+}

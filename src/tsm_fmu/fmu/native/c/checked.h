@@ -6,6 +6,7 @@
 #ifndef TSM_FMU_CHECKED_H
 #define TSM_FMU_CHECKED_H
 
+#include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <stdarg.h>
@@ -14,6 +15,12 @@
 
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF  /* gcc has it off with -std=c99 */
+#endif
+
+#if defined(__GNUC__)
+#define RARELY(condition) __builtin_expect(condition, 0)
+#else
+#define RARELY(condition) (condition)
 #endif
 
 typedef struct {
@@ -30,7 +37,7 @@ void sentence_write(char *text, size_t size, const char *format, va_list values)
 
 static inline double checked_div(double a, double b, Fault *fault)
 {
-    if (b == 0.0) {
+    if (RARELY(b == 0.0)) {
         fault_raise(fault, "float division by zero");
         return 0.0;
     }
@@ -59,17 +66,11 @@ static inline int int_mod(int a, int b)
 }
 
 /* Result of a function of the math library: no NaN out of a number, no infinity out of a finite one. */
+double checked_not_finite(double result, double argument, bool can_overflow, Fault *fault);
+
 static inline double checked_result(double result, double argument, bool can_overflow, Fault *fault)
 {
-    if (isnan(result) && !isnan(argument)) {
-        fault_raise(fault, "math domain error");
-        return 0.0;
-    }
-    if (isinf(result) && isfinite(argument)) {
-        fault_raise(fault, can_overflow ? "math range error" : "math domain error");
-        return 0.0;
-    }
-    return result;
+    return RARELY(!(fabs(result) <= DBL_MAX)) ? checked_not_finite(result, argument, can_overflow, fault) : result;
 }
 
 static inline double checked_acos(double x, Fault *fault) { return checked_result(acos(x), x, false, fault); }

@@ -4,13 +4,19 @@
 #include <float.h>
 #include <stdint.h>
 
+#if defined(__GNUC__)
+#define COLD __attribute__((cold, noinline))
+#else
+#define COLD
+#endif
+
 static const double TIME_TOLERANCE = 1e-3;  /* how far a step may begin from the end of the last one, per step... */
 static const double ROUNDING = 1e-15;       /* ... and per time: hosts add up their clocks in different ways */
 static const double SMALLER = 1.0 / 1024.0; /* the step that is tried to tell whether a smaller one helps */
 
 /* ---- step */
 
-static Status wrong_time(Slave *slave, double time, double step)
+COLD static Status wrong_time(Slave *slave, double time, double step)
 {
     if (!(step > 0.0 && step <= DBL_MAX)) {
         return slave_tell(slave, STATUS_ERROR,
@@ -18,6 +24,12 @@ static Status wrong_time(Slave *slave, double time, double step)
     }
     return slave_tell(slave, STATUS_ERROR,
         "step from t = %r s -- expected t = %r s -- go on where the last step ended", time, slave->memory.time);
+}
+
+COLD static Status wrong_input(Slave *slave, int k, double time)
+{
+    return slave_tell(slave, STATUS_ERROR, "input %s = %r at t = %r s -- expected a finite number -- " MEND,
+        model_variables[k].name, value_get(&slave->memory.values, k), time);
 }
 
 static int first_not_finite(const Values *values, int first, int end)
@@ -32,7 +44,7 @@ static int first_not_finite(const Values *values, int first, int end)
 }
 
 /* A step that failed, or gave an output that is no number, is a discard where a far smaller one succeeds, else an error: the host need not try. */
-static Status refused(Slave *slave, double step, int wrong, const Values *next)
+COLD static Status refused(Slave *slave, double step, int wrong, const Values *next)
 {
     State after;
     Outputs y;
@@ -87,8 +99,7 @@ Status slave_step(Slave *slave, const char *function, double time, double step)
     if (!isfinite(model_inputs_sum(&m->values.u))) {
         wrong = first_not_finite(&m->values, FIRST_INPUT, FIRST_OUTPUT);
         if (wrong >= 0) {
-            return slave_tell(slave, STATUS_ERROR, "input %s = %r at t = %r s -- expected a finite number -- " MEND,
-                model_variables[wrong].name, value_get(&m->values, wrong), time);
+            return wrong_input(slave, wrong, time);
         }
     }
     slave->fault.raised = false;
@@ -121,14 +132,14 @@ Status slave_wrong(Slave *slave, unsigned reference, const char *what)
     return slave_tell(slave, STATUS_ERROR, "value reference %.0f %s", (double)reference, what);
 }
 
-static Status wrong_read(Slave *slave, Kind kind, unsigned reference)
+COLD static Status wrong_read(Slave *slave, Kind kind, unsigned reference)
 {
     char what[96];
     sentence_put(what, sizeof what, "read as %s -- expected a variable of that type -- " NEXT, KINDS[kind]);
     return slave_wrong(slave, reference, what);
 }
 
-static Status wrong_write(Slave *slave, Kind kind, unsigned reference, double value, const char *why)
+COLD static Status wrong_write(Slave *slave, Kind kind, unsigned reference, double value, const char *why)
 {
     char what[160];
     sentence_put(what, sizeof what, kind == REAL ? "set to %r -- %s" : "set to %.0f -- %s", value, why);
