@@ -117,7 +117,13 @@ def _compiled(platform: Platform, folder: Path, main: str, name: str, *optimised
     built = str(out.with_suffix(".o").relative_to(folder))
     _run(platform, folder, *FLAGS, *optimised, "-c", platform.main or main, "-o", built)
     _run(platform, folder, "-shared", "-s", built, *platform.linking, "-o", str(out.relative_to(folder)))
-    return out.read_bytes()
+    return _without_time(out.read_bytes()) if platform.ending == ".dll" else out.read_bytes()
+
+
+def _without_time(library: bytes) -> bytes:
+    """A library for Windows without the time at which it was linked: the same bytes at each build."""
+    place = int.from_bytes(library[0x3C:0x40], "little") + 8
+    return library[:place] + bytes(4) + library[place + 4 :]
 
 
 def _run(platform: Platform, folder: Path, *options: str) -> None:
