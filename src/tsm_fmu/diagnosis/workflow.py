@@ -18,7 +18,7 @@ from .answer.gaps import errors_of, gaps
 from .answer.next_motion import next_motion
 from .answer.parameters import bound_notes, card_of, changes_of, model_fit, per_run_values
 from .answer.sentence import answer, leading_channel
-from .answer.shape import located
+from .answer.shape import located, with_position_law
 from .answer.verdict import Verdict, verdict_of
 from .choice.baselines import baselines
 from .choice.judged import Judged, judged
@@ -204,7 +204,9 @@ def _described(
     channel = leading_channel(diagnosis) or ""
     equivalent = [e for ids in diagnosis.equivalent for e in ids]
     families = families_of(verdict.word, verdict.effects, equivalent, evidence, channel)
-    diagnosis = replace(diagnosis, family=families, family_evidence=evidence)
+    if "position" in families:
+        shapes = with_position_law(tuple(shapes), stages[stage], channel, seed)
+    diagnosis = replace(diagnosis, family=families, family_evidence=evidence, shapes=shapes)
     return replace(diagnosis, answer=answer(diagnosis))
 
 

@@ -19,15 +19,15 @@ Family = Literal["position", "speed", "acceleration", "load", "time", "history",
 ``sensor``: the measured signal itself, and its clock."""
 
 Scale = Literal[
-    "stroke", "per stroke", "position", "travel", "speed", "acceleration", "time", "load", "radius", "angle", "number"
+    "stroke", "per stroke", "position", "travel", "speed", "acceleration", "time", "load", "turns", "angle", "number"
 ]
 """What the range of a shape parameter is counted in, of the runs in which the effect is looked for.
 
 ``stroke``: width of the motion; ``per stroke``: its inverse. ``position``: 0 is the lowest and 1 the highest position
 of the motion, so a position may be negative. ``travel``: path of the longest run. ``speed``, ``acceleration``: their
-RMS. ``time``: length of the longest run. ``load``: its largest magnitude. ``radius``: motion per radian of a drum, 1
-where it is the drum's angle. ``angle``: rad. ``number``: 1. Positions and angles are spread evenly over their range,
-the others over its logarithm.
+RMS. ``time``: length of the longest run. ``load``: its largest magnitude. ``turns``: of a drum within the motion; the
+parameter is the motion per radian of the drum, so that a wheel of any size is found. ``angle``: rad. ``number``: 1.
+Positions, angles and turns are spread evenly over their range, the others over its logarithm.
 """
 
 AsNuisance = Literal["free", "per run", "zero"]
@@ -62,11 +62,14 @@ class Shape(NamedTuple):
         See `Scale`.
     lo, hi : float
         Range over that scale in which the effect has its signature; beyond it looks like another one.
+    tries : int
+        Values that a search begins from, where more are needed than usual.
     """
 
     scale: Scale
     lo: float
     hi: float
+    tries: int = 0
 
 
 class Read(NamedTuple):
@@ -99,7 +102,7 @@ class Effect(NamedTuple):
     optional : tuple of str
         Signals that it may be without: it takes them as 1 where neither the model nor a column has them.
     turns : float
-        Turns of a drum that the motion must make for it to show: below, it is any smooth function of the position.
+        Turns of a drum whose angle the motion is that it must make for runs without the effect to say so.
     fitted_as : str
         Word for it where an identification fits it beside the model (``--nuisance WORD@CHANNEL``); '' if it cannot.
     """

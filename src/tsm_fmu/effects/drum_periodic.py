@@ -4,7 +4,8 @@
 
     y <- y + sum_k C_k cos(k x/r) + S_k sin(k x/r),   k = 1, 2, 3                       (1)
 
-r is the input position per radian of the drum (1 where the input is the drum's angle). Limits: all C_k = S_k = 0
+r is the input position per radian of the drum (1 where the input is the drum's angle); a gear or a wheel of unknown
+size is found by a search over the periods that the stroke could hold. Limits: all C_k = S_k = 0
 changes nothing. A_k = hypot(C_k, S_k), phi_k = atan2(-S_k, C_k) give the form A_k cos(k theta + phi_k).
 Source: effects.md 1, `drum_periodic`.
 """
@@ -37,7 +38,7 @@ class Params(NamedTuple):
     r: Annotated[
         float,
         Quantity("{x}/rad", "input position per radian of the drum, Eq (1)", lo=0.0, open_lo=True),
-        Shape("radius", 1.0, 1.0),
+        Shape("turns", 1.5, 12.0, tries=48),  # of fewer turns it is any smooth function of the position
     ] = 1.0
 
 

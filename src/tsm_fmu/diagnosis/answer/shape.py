@@ -2,12 +2,41 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ..evidence import Place, ResidualShape
 from ..fits.refit import Fitted
 from ..fits.response import places_of
+from ..residual.dependence import dependence
 from ..residual.formula import shapes
 from ..residual.locate import locate
 from ..runs.motion_signals import coordinate_units
+
+
+def with_position_law(
+    found: tuple[ResidualShape, ...], fitted: Fitted, channel: str, seed: int
+) -> tuple[ResidualShape, ...]:
+    """The same with the residual of a channel over the position, where it is not drawn yet.
+
+    Parameters
+    ----------
+    found : tuple of ResidualShape
+        Of `located`.
+    fitted : Fitted
+    channel : str
+    seed : int
+        Of the intervals.
+    """
+    units = coordinate_units(fitted.problem.kernel)
+    shown = []
+    for one in found:
+        drawn = any(d.coordinate == "x" for d in one.dependences)
+        if one.channel == channel and not drawn:
+            parts = [r[:, fitted.problem.channels.index(channel)] for r in fitted.residuals]
+            law = dependence(parts, places_of(fitted), "x", *units, seed)
+            one = replace(one, dependences=(*law, *one.dependences))
+        shown.append(one)
+    return tuple(shown)
 
 
 def located(fitted: Fitted, seed: int, *, formulas: bool) -> tuple[tuple[Place, ...], tuple[ResidualShape, ...]]:

@@ -23,7 +23,7 @@ MOTION_UNITS = ("rad", "m")
 
 
 def possible(
-    model: str, channels: Sequence[str], attached: Sequence[str], drives: Sequence[Drive] = (), travel: float = np.inf
+    model: str, channels: Sequence[str], attached: Sequence[str], drives: Sequence[Drive] = ()
 ) -> list[Attached]:
     """Every effect at every place of the model where it can be seen in the channels.
 
@@ -36,12 +36,10 @@ def possible(
         Effects that are there already.
     drives : sequence of Drive
         Columns that may drive effects.
-    travel : float
-        Longest stroke of the runs, in the unit of the motion: some effects show over a turn of the drum only.
     """
     base, found = kernel(model), []
     for module in EFFECTS:
-        if module.ABOUT.role != "read" and not _lacks(base, module, drives) and travel >= least_stroke(module):
+        if module.ABOUT.role != "read" and not _lacks(base, module, drives):
             places = places_of_effect(base, module, channels, drives)
             found += [one for one in places if one.spec not in attached]
     return found
@@ -107,7 +105,7 @@ def not_applicable(model: Kernel, channels: Sequence[str]) -> dict[str, str]:
 
 
 def least_stroke(module: ModuleType) -> float:
-    """Stroke [rad] below which an effect of the drum's turns is any smooth function of the position."""
+    """Stroke [rad] of a drum's angle below which runs cannot say that there is no effect of its turns."""
     return 2.0 * np.pi * module.ABOUT.turns
 
 

@@ -81,7 +81,8 @@ class Responses:
         shapes = shapes_of(module)
         if not shapes:
             return [{}]
-        draws = qmc.Halton(len(shapes), rng=7).random(SHAPES * min(len(shapes), 3))
+        count = max(SHAPES * min(len(shapes), 3), *(shape.tries for shape in shapes.values()))
+        draws = qmc.Halton(len(shapes), rng=7).random(count)
         return [
             {name: self.extent.drawn(shape, float(q)) for (name, shape), q in zip(shapes.items(), row, strict=True)}
             for row in draws
@@ -192,6 +193,8 @@ class _Extent:
 
     def drawn(self, shape: Shape, q: float) -> float:
         """Value of a shape parameter at the quantile ``q`` of its range."""
+        if shape.scale == "turns":
+            return (self.highest - self.lowest or 1.0) / (2.0 * math.pi * (shape.lo + (shape.hi - shape.lo) * q))
         if shape.scale in EVENLY:
             share = shape.lo + (shape.hi - shape.lo) * q
             return self.lowest + (self.highest - self.lowest) * share if shape.scale == "position" else share
@@ -202,6 +205,8 @@ class _Extent:
         if shape.scale in ("angle", "number"):
             return None
         lo, hi = self.drawn(shape, 0.0), self.drawn(shape, 1.0)
+        if shape.scale == "turns":
+            return hi, lo  # a drum of fewer turns is no drum: any smooth function of the position
         if shape.scale in EVENLY:
             middle, half = 0.5 * (lo + hi), 0.5 * (hi - lo)
             return middle - SHAPE_RANGE_RATIO * half, middle + SHAPE_RANGE_RATIO * half

@@ -1,0 +1,67 @@
+"""Laws of the position with unknown geometry: a wheel of any size is found by its period, phase and origin."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tsm_fmu.diagnosis.answer.shape import located, with_position_law
+from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
+from tsm_fmu.diagnosis.fits.screening import screen
+from tsm_fmu.diagnosis.runs.drivers import drives_of
+from tsm_fmu.diagnosis.runs.prepared import prepared
+from tsm_fmu.kernels.chain import attach
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.record import Record
+
+GIVEN = {"sigma0": 130.0, "sigma1": 0.0, "sigma2": 0.1, "F_c": 0.7, "F_s": 0.7, "v_s": 0.3}
+DT, ROWS = 0.01, 2400
+
+
+def rig(seed: int, radius: float) -> Record:
+    """Dahl friction with the ripple of a wheel, over a position whose origin is anywhere."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(ROWS) * DT
+    waves = ((0.21, 0.083), (0.11, 0.29), (0.05, 0.71))
+    x = np.sum([a * np.sin(2 * np.pi * f * t + rng.random() * 6.0) for a, f in waves], axis=0)
+    v, z = np.gradient(x, DT), np.zeros(ROWS)
+    for k in range(1, ROWS):
+        d = x[k] - x[k - 1]
+        z[k] = np.sign(d) + (z[k - 1] - np.sign(d)) * np.exp(-abs(d) / 0.0054)
+    theta = x / radius + 1.1
+    ripple = 0.11 * np.cos(theta) + 0.05 * np.cos(2.0 * theta + 0.4)
+    force = 0.7 * z + 0.1 * v + ripple + 0.01 * rng.normal(size=ROWS)
+    return Record(f"run {seed}", t, {"x": 4.2 + x, "v": v, "F": force}, {"x": "m", "v": "m/s", "F": "N"})
+
+
+def fitted(radius: float) -> Fitted:
+    runs = prepared(kernel("LuGreFriction"), [rig(21, radius), rig(22, radius)], (), (), None)
+    return refit(Task("LuGreFriction", runs.measured, runs.channels, GIVEN, drives=drives_of(runs.model)), (), {})
+
+
+@pytest.mark.parametrize("radius", [0.0173, 0.031])
+def test_the_period_of_a_wheel_of_unknown_size_is_found(radius: float) -> None:
+    base = fitted(radius)
+    (seen,) = screen(base, [attach(kernel("LuGreFriction"), "drum_periodic~x[m]")], np.array([True]))
+    assert seen.starts[0]["drum_periodic.r"] == pytest.approx(radius, rel=0.04)
+    found = refit(base.task.limited(seen.limits), ("drum_periodic~x[m]",), seen.starts[0], steps=40)
+    assert found.values["drum_periodic.r"] == pytest.approx(radius, rel=0.003)
+    amplitudes = [np.hypot(found.values[f"drum_periodic.C_{k}"], found.values[f"drum_periodic.S_{k}"]) for k in (1, 2)]
+    assert amplitudes == pytest.approx([0.11, 0.05], rel=0.1)
+    assert found.rmse[0] < 0.02
+
+
+def test_a_wheel_of_less_than_the_stroke_has_no_name_to_take_and_its_law_is_drawn() -> None:
+    """A period longer than the stroke: the search stays at one and a half turns or more."""
+    base = fitted(0.2)
+    stroke = max(float(np.ptp(run.inputs[:, 1])) for run in base.problem.runs)
+    for name in ("drum_periodic", "winding_crossover"):
+        (seen,) = screen(base, [attach(kernel("LuGreFriction"), f"{name}~x[m]")], np.array([True]))
+        longest = seen.limits[f"{name}.r"][1]
+        assert 2.0 * np.pi * longest <= 1.01 * stroke / 1.5 * 1.2  # of all runs together
+    _, shapes = located(base, 0, formulas=False)
+    (shown,) = with_position_law(shapes, base, "F", 0)
+    curves = [d for d in shown.dependences if d.coordinate == "x"]
+    assert {c.direction for c in curves} == {"forth", "back"}
+    assert all(np.ptp(c.mean) > 0.1 for c in curves)
+    assert with_position_law((shown,), base, "F", 0) == (shown,)
