@@ -38,7 +38,7 @@ class Params(NamedTuple):
     r: Annotated[
         float,
         Quantity("{x}/rad", "input position per radian of the drum, Eq (1)", lo=0.0, open_lo=True),
-        Shape("turns", 1.5, 12.0, tries=160),
+        Shape("turns", 1.5, 12.0, tries=96),
     ] = 1.0
     h: Annotated[float, Quantity("{y}/rad", "slope change from the layer step, Eq (1)"), Size()] = 0.0
     x_l: Annotated[

@@ -55,7 +55,9 @@ def places_of_effect(
     if "lost motion" in about.looked_for:
         specs += [f"{module.NAME}@{c}" for c in channels if c in base.roles.lost_motion]
     if "output" in about.looked_for:
-        specs += [f"{module.NAME}@{c}" for c in channels if units[c] in MOTION_UNITS or not about.motion_only]
+        taken = friction_channels(base) if specs else set()  # added to the friction it is added to the channel
+        moving = [c for c in channels if units[c] in MOTION_UNITS or not about.motion_only]
+        specs += [f"{module.NAME}@{c}" for c in moving if c not in taken]
     found = []
     for spec, columns in product(specs, _columns(base, module, drives)):
         try:
