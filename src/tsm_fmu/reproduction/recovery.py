@@ -33,7 +33,7 @@ from .verdict import Condition, Kind, Verdict, number
 OFF = 0.2
 """Start values are off by this share of the published ones, up and down in turn."""
 GENETIC, LEAST_SQUARES, PREPARED = "genetic search, simplex", "least squares", "least squares, prepared signals"
-ROWS = 250
+ROWS = 1000
 """Rows of each motion that the genetic search gets, which simulates tens of thousands of times."""
 
 

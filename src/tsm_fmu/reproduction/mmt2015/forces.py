@@ -84,6 +84,6 @@ def trials(found: Mapping[str, Trajectory]) -> dict[str, Trial]:
     periodic = (Motion(found["Fig. 6"], {"v": inputs["v"]}, "lugre.F", (0.0, 10.0)),)
     noise = math.sqrt(MSE["Fig. 6"].span.middle)
     return {
-        "set": Trial(MODEL, "published", "F", motions, NAMES, noise, 2e-2, encoder=COUNT),
-        "LuGre": Trial("LuGreFriction", "mmt2015", "F", periodic, LUGRE_NAMES, noise, 2e-2),
+        "set": Trial(MODEL, "published", "F", motions, NAMES, noise, 4e-3, encoder=COUNT),
+        "LuGre": Trial("LuGreFriction", "mmt2015", "F", periodic, LUGRE_NAMES, noise, 2e-3),
     }
