@@ -2,12 +2,12 @@
 
 ::
 
-    y <- y + A bump(x/r - x_b) + h (x - x_l)/r for x > x_l                              (1)
+    y <- y + A bump(x - x_b) + h (x - x_l) for x > x_l                                  (1)
     bump(d) = exp(-(d'/w)^2),   d' = d to the nearest multiple of pi                    (2)
 
 The lay moves by one tendon width in two short crossovers per turn (AME 2020 Eq (4)); the second layer, from
-the position x_l on, winds at a larger radius, R_0 (1 + h) (AME 2020 Eq (36) with the corrected index).
-r is the input position per radian of the drum.
+the angle x_l on, winds at a larger radius, R_0 (1 + h) (AME 2020 Eq (36) with the corrected index).
+x is the drum's angle: with a gear or a wheel of unknown size between, bursts and layers would fit any law of the position.
 Limits: A = h = 0 changes nothing. Source: effects.md 1, `winding_crossover`.
 """
 
@@ -35,14 +35,9 @@ class Params(NamedTuple):
         float, Quantity("rad", "width of a burst, Eq (2)", lo=0.0, open_lo=True), Shape("angle", 0.035, 0.385)
     ] = 0.2
     x_b: Annotated[float, Quantity("rad", "angle of a burst, Eq (1)"), Shape("angle", 0.0, math.pi)] = 0.0
-    r: Annotated[
-        float,
-        Quantity("{x}/rad", "input position per radian of the drum, Eq (1)", lo=0.0, open_lo=True),
-        Shape("turns", 1.5, 12.0, tries=96),
-    ] = 1.0
     h: Annotated[float, Quantity("{y}/rad", "slope change from the layer step, Eq (1)"), Size()] = 0.0
     x_l: Annotated[
-        float, Quantity("{x}", "position at which the next layer begins, Eq (1)"), Shape("position", 0.0, 1.0)
+        float, Quantity("rad", "angle at which the next layer begins, Eq (1)"), Shape("position", 0.0, 1.0)
     ] = 0.0
 
 
@@ -72,8 +67,8 @@ def bump(angle: float, width: float) -> float:
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(), Outputs(u.y + p.A * bump(u.x / p.r - p.x_b, p.w) + p.h * max(0.0, u.x - p.x_l) / p.r)
+    return State(), Outputs(u.y + p.A * bump(u.x - p.x_b, p.w) + p.h * max(0.0, u.x - p.x_l))
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
-    return s, Outputs(u.y + p.A * bump(u.x / p.r - p.x_b, p.w) + p.h * max(0.0, u.x - p.x_l) / p.r)  # (1)
+    return s, Outputs(u.y + p.A * bump(u.x - p.x_b, p.w) + p.h * max(0.0, u.x - p.x_l))  # (1)

@@ -15,6 +15,7 @@ from ..criteria import EFFECT_SPREAD_SHARE, FURTHER_CANDIDATES, MOST_EFFECTS, SW
 from ..fits.nuisance import Start
 from ..fits.placing import possible
 from ..fits.refit import Fitted
+from ..fits.response import places_of
 from ..fits.screening import Screened, screen
 from ..runs.drivers import drives_of
 from .baselines import Baselines
@@ -73,8 +74,8 @@ class Search:
         effect: they may have taken what a candidate explains.
         """
         fitted, model = base.fitted, self.baselines.refitted.fitted
-        counted = np.ones(len(fitted.rmse), bool)
-        places = [c for c in candidate_places(self.model, fitted) if not model.has(c.module.NAME)]
+        counted, travel = np.ones(len(fitted.rmse), bool), max(float(np.ptp(c.x)) for c in places_of(model))
+        places = [c for c in candidate_places(self.model, fitted, travel) if not model.has(c.module.NAME)]
         screened, starts = screen(fitted, places, counted, self.progress), {}
         before = base.fit_without_nuisances if base.added else model
         if before is not fitted:
@@ -115,7 +116,7 @@ class Search:
         )
 
 
-def candidate_places(model: Kernel, fitted: Fitted) -> list[Attached]:
+def candidate_places(model: Kernel, fitted: Fitted, travel: float = np.inf) -> list[Attached]:
     """Every effect at every place that a fit has not; a nuisance offset that is there can be released to drift.
 
     Parameters
@@ -123,10 +124,12 @@ def candidate_places(model: Kernel, fitted: Fitted) -> list[Attached]:
     model : Kernel
         With the inputs of the runs.
     fitted : Fitted
+    travel : float
+        Longest stroke of the runs, in the unit of the motion.
     """
     there = tuple(getattr(model.module, "EFFECTS", ()))
     return [
-        c for c in possible(model.name, fitted.problem.channels, there, drives_of(model))
+        c for c in possible(model.name, fitted.problem.channels, there, drives_of(model), travel)
         if c.spec not in fitted.effects or (sizes_as(c.module, "zero") and c.spec not in fitted.released)
     ]  # fmt: skip
 
