@@ -213,10 +213,6 @@ def test_stiffening_of_another_law_is_no_ripple_of_a_drum(tmp_path: Path, seed: 
     assert said["gap"]["F"]["closure_least"] > 0.9
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="known defect since the faster first steps: the spring alone is named, presliding takes part of the mass",
-)
 def test_a_mass_is_seen_that_a_linear_step_beside_a_spring_does_not_show(tmp_path: Path) -> None:
     """The spring's fit takes part of the mass by sigma2, F_c and v_s, which have far to go back."""
 

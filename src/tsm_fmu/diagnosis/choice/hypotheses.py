@@ -29,7 +29,7 @@ from ..fits.nuisance import (
     begun_with,
     best_refit,
     corrects_model_form,
-    finished,
+    refit_from,
     refit_with,
     refit_without,
     significant_nuisances,
@@ -231,11 +231,11 @@ def refit_candidates(
         s, fitted = one
         contends = _left(fitted) <= least + np.log(CONTENDING_RATIO)
         if contends:
-            fitted = finished(fitted, base.nuisances)
+            fitted = refit_from(base.fitted, s, base.nuisances, (starts or {}).get(s.attached.spec))
         gain = base.reference_gain
         if reference_fit is not None:
             there = begun_with(reference_fit, s, base.nuisances)
-            there = finished(there, base.nuisances) if contends else there
+            there = refit_from(reference_fit, s, base.nuisances) if contends else there
             gain = gain + np.maximum(reference_fit.rmse**2 - there.rmse**2, 0.0)
         return hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain)
 

@@ -126,7 +126,7 @@ def refit_with(base: Fitted, screened: Screened, nuisances: Sequence[str], steps
 def begun_with(
     base: Fitted, screened: Screened, nuisances: Sequence[str], second_start: Start | None = None, starts: int = 2
 ) -> Fitted:
-    """The same after the first steps from the best of several starts; `finished` goes on.
+    """The same after the first steps from the best of several starts; `refit_from` goes to the end.
 
     Parameters
     ----------
@@ -141,9 +141,17 @@ def begun_with(
     return first_steps(*_beside(base, screened, nuisances, second_start, starts))
 
 
-def finished(begun: Fitted, nuisances: Sequence[str]) -> Fitted:
-    """A refit from where the first steps ended."""
-    return best_refit(begun, begun.effects, [(begun.values, begun.per_run)], nuisances, begun.released)
+def refit_from(
+    base: Fitted, screened: Screened, nuisances: Sequence[str], second_start: Start | None = None, starts: int = 2
+) -> Fitted:
+    """The same to the end. Not from where `begun_with` stood: a restart on the way may end in another valley.
+
+    Parameters
+    ----------
+    base, screened, nuisances, second_start, starts
+        As for `begun_with`.
+    """
+    return best_refit(*_beside(base, screened, nuisances, second_start, starts))
 
 
 def _beside(
