@@ -61,9 +61,9 @@ def settled(problem: Problem, table: FloatArray, run: FitRun, fields: Collection
     free = [f for f in problem.space.free if f in fields]
     means = dict(zip(problem.fields, table.mean(axis=0).tolist(), strict=True))
     space = problem.space.starting_at(means).freeing_only(free).with_per_run(free)
-    single = replace(problem, runs=[start], space=space, pooling={})
-    scales = sensitivity_scales(single.with_runs([run]))
-    single = replace(single, pooling={f: _error(problem, table) / scales[f] for f in free}, centres=means)
+    scales, error = sensitivity_scales(replace(problem, runs=[run], space=space)), _error(problem, table)
+    pooling = {f: error / scales[f] for f in free}
+    single = replace(problem, runs=[start], space=space, pooling=pooling, centres=means)
     return Descent().refined(single, single.start())[0]
 
 

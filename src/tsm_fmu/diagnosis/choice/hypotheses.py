@@ -29,7 +29,6 @@ from ..fits.nuisance import (
     begun_with,
     best_refit,
     corrects_model_form,
-    refit_from,
     refit_with,
     refit_without,
     significant_nuisances,
@@ -189,7 +188,7 @@ def probe(base: Fitted, screened: Sequence[Screened], nuisances: Sequence[str]) 
 
     def one(s: Screened) -> Screened:
         try:
-            left = refit_with(small, s, nuisances, PROBE_STEPS).rmse
+            left = refit_with(small, s, nuisances, starts=1, steps=PROBE_STEPS).rmse
         except InputError:
             return s  # the values of the linear step are not allowed in the chain
         return replace(s, gain=max(s.gain, float(np.sum(2.0 * np.log(small.rmse / np.maximum(left, 1e-300))))))
@@ -231,11 +230,11 @@ def refit_candidates(
         s, fitted = one
         contends = _left(fitted) <= least + np.log(CONTENDING_RATIO)
         if contends:
-            fitted = refit_from(base.fitted, s, base.nuisances, (starts or {}).get(s.attached.spec))
+            second = (starts or {}).get(s.attached.spec)
+            fitted = refit_with(base.fitted, s, base.nuisances, second, begun=fitted)
         gain = base.reference_gain
         if reference_fit is not None:
-            there = begun_with(reference_fit, s, base.nuisances)
-            there = refit_from(reference_fit, s, base.nuisances) if contends else there
+            there = (refit_with if contends else begun_with)(reference_fit, s, base.nuisances)
             gain = gain + np.maximum(reference_fit.rmse**2 - there.rmse**2, 0.0)
         return hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain)
 

@@ -109,24 +109,10 @@ def with_free_offsets(fitted: Fitted, nuisances: Sequence[str]) -> Fitted:
     return best_refit(loose, fitted.effects, [(fitted.values, fitted.per_run)], nuisances, fitted.released)
 
 
-def refit_with(base: Fitted, screened: Screened, nuisances: Sequence[str], steps: int = STEPS) -> Fitted:
-    """A fit with one more effect; a nuisance effect that is there already is released: its drift varies too.
-
-    Parameters
-    ----------
-    base : Fitted
-    screened : Screened
-    nuisances : sequence of str
-    steps : int
-        Of a refit, at most.
-    """
-    return best_refit(*_beside(base, screened, nuisances, None, 1), steps)
-
-
 def begun_with(
     base: Fitted, screened: Screened, nuisances: Sequence[str], second_start: Start | None = None, starts: int = 2
 ) -> Fitted:
-    """The same after the first steps from the best of several starts; `refit_from` goes to the end.
+    """`refit_with` after the first steps from the best of several starts.
 
     Parameters
     ----------
@@ -141,17 +127,26 @@ def begun_with(
     return first_steps(*_beside(base, screened, nuisances, second_start, starts))
 
 
-def refit_from(
-    base: Fitted, screened: Screened, nuisances: Sequence[str], second_start: Start | None = None, starts: int = 2
-) -> Fitted:
-    """The same to the end. Not from where `begun_with` stood: a restart on the way may end in another valley.
+def refit_with(
+    base: Fitted, screened: Screened, nuisances: Sequence[str], second_start: Start | None = None, starts: int = 2,
+    steps: int = STEPS, begun: Fitted | None = None,
+) -> Fitted:  # fmt: skip
+    """A fit with one more effect; a nuisance effect that is there already is released: its drift varies too.
 
     Parameters
     ----------
     base, screened, nuisances, second_start, starts
         As for `begun_with`.
+    steps : int
+        Of a refit, at most.
+    begun : Fitted, optional
+        What `begun_with` gave: of several starts it is the best. Of a single one it is not gone on from: a restart on
+        the way may end in another valley.
     """
-    return best_refit(*_beside(base, screened, nuisances, second_start, starts))
+    base, effects, places, nuisances, released = _beside(base, screened, nuisances, second_start, starts)
+    if begun is not None and len(places) > 1:
+        places = [(begun.values, begun.per_run)]
+    return best_refit(base, effects, places, nuisances, released, steps)
 
 
 def _beside(
