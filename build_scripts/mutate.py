@@ -72,10 +72,10 @@ def mutate(copy: Path, file: Path, most: int, seed: int) -> tuple[list[str], int
     SystemExit
         The tests fail without a mutant.
     """
-    from cosmic_ray.commands import execute, init
-    from cosmic_ray.config import ConfigDict
-    from cosmic_ray.work_db import WorkDB, use_db
-    from cosmic_ray.work_item import WorkerOutcome, WorkResult
+    from cosmic_ray.commands import execute, init  # pyright: ignore[reportMissingImports]
+    from cosmic_ray.config import ConfigDict  # pyright: ignore[reportMissingImports]
+    from cosmic_ray.work_db import WorkDB, use_db  # pyright: ignore[reportMissingImports]
+    from cosmic_ray.work_item import WorkerOutcome, WorkResult  # pyright: ignore[reportMissingImports]
 
     tests = mirrored(file, copy)
     if not tests:

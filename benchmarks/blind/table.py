@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from statistics import median
 
-from .score import Scored, confusion, rates, risk_coverage, wilson
+from .score import Rate, Scored, confusion, rates, risk_coverage, wilson
 
 MEANING = {
     "A": "effects in other forms", "B": "wrong parameters", "C": "bad instruments", "D": "two effects",
@@ -18,7 +18,7 @@ def lines(results: Sequence[Scored]) -> Iterator[str]:
     """All tables."""
     yield from _strata(results)
     yield ""
-    yield from _rates(results)
+    yield from rate_lines(rates(results))
     yield ""
     yield from _confusion(results)
     yield ""
@@ -54,9 +54,10 @@ def _stratum_line(what: str, rows: Sequence[Scored]) -> str:
     return f"{what:<28} {len(rows):>5} {right:>6} {wrong:>6} {held:>6} {silent:>7} {points:>+7.2f}  {share}"
 
 
-def _rates(results: Sequence[Scored]) -> Iterator[str]:
+def rate_lines(found: Sequence[Rate]) -> Iterator[str]:
+    """Rates with their intervals and targets, one a line."""
     yield f"{'rate':<44} {'hits':>9} {'value':>7} {'95 %':>11} {'target':>8}"
-    for r in rates(results):
+    for r in found:
         value = "-" if math.isnan(r.value) else f"{100 * r.value:.0f} %"
         low, high = (100 * b for b in r.interval)
         verdict = {True: "met", False: "MISSED", None: "no cases"}[r.met]

@@ -8,6 +8,7 @@ from itertools import pairwise
 from statistics import median
 
 from ..blind.score import Rate, wilson
+from ..blind.table import rate_lines
 from .outcome import Outcome
 
 BINS = (0.0, 0.1, 0.3, 1.0, 3.0, math.inf)
@@ -65,13 +66,7 @@ def row(r: Outcome) -> str:
 
 def lines(rows: Sequence[Outcome]) -> Iterator[str]:
     """All tables of an author's cases."""
-    yield f"{'rate':<44} {'hits':>9} {'value':>7} {'95 %':>11} {'target':>8}"
-    for r in rates(rows):
-        value = "-" if math.isnan(r.value) else f"{100 * r.value:.0f} %"
-        low, high = (100 * b for b in r.interval)
-        met = {True: "met", False: "MISSED", None: "no cases"}[r.met]
-        target = f"{'<=' if r.at_most else '>='} {100 * r.target:.0f} %"
-        yield f"{r.what:<44} {r.hits:>4}/{r.trials:<4} {value:>7} {low:>4.0f}-{high:.0f} % {target:>9}  {met}"
+    yield from rate_lines(rates(rows))
     closures = [r.closure for r in rows if r.closure is not None]
     if closures:
         yield f"closure of what can be removed on held-out runs, right names: median {median(closures):.2f}"

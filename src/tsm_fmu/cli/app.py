@@ -27,6 +27,8 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
+
 
 def _print_version(wanted: bool) -> None:
     if wanted:

@@ -11,7 +11,7 @@ import typer
 from ..kernels.kernel import kernel
 from ..models import MODELS
 from ..models.contract import InputError
-from .app import app, print_json
+from .app import AsJson, app, print_json
 
 
 class Flavour(StrEnum):
@@ -55,7 +55,7 @@ def build(
     flavour: Annotated[Flavour, typer.Option(help=FLAVOUR_HELP)] = Flavour.PYTHON,
     fmi: Annotated[int, typer.Option(help="FMI version, 2 or 3.")] = 2,
     out: Annotated[Path, typer.Option(help="Folder for the FMUs.")] = Path("fmus/dist"),
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Build the FMUs of models."""
     from ..fmu.build import build_fmu

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from ..models.contract import InputError
-from .app import app, print_json
+from .app import AsJson, app, print_json
 from .runs import Cutoff, Map, Run, Scale, Start, Stop, read_runs
 
 
@@ -20,7 +20,7 @@ def check(
     maps: Map = [],  # noqa: B006
     scales: Scale = [],  # noqa: B006
     cutoff: Cutoff = None,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
     model: Annotated[
         str | None,
         typer.Option("--model", metavar="MODEL", help="Propose a log.toml: what the columns are for a model."),

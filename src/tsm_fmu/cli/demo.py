@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from .app import app, print_json
+from .app import AsJson, app, print_json
 
 
 @app.command("demo")
 def demo(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for all results.")] = Path("out/demo"),
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Build the FMUs, run the paper's loop, fit the sample log, replay its FMU, write a report."""
     from ..verbs.demo import run_demo

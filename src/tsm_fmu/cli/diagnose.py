@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .app import app, number_settings, settings
+from .app import AsJson, app, number_settings, settings
 from .runs import Cutoff, Holdout, Map, Measured, Scale, Start, Stop, read_runs
 from .status import status
 
@@ -32,7 +32,7 @@ def diagnose(
     maps: Map = [],  # noqa: B006
     scales: Scale = [],  # noqa: B006
     cutoff: Cutoff = None,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Find the effect that a model misses; nothing, or "cannot tell", are answers too."""
     from ..verbs.diagnose import diagnose as find

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from ..card import read_card
-from .app import app, print_json
+from .app import AsJson, app, print_json
 from .build import FLAVOUR_HELP, Flavour, flavours, placed
 from .outputs import check_output_file
 
@@ -19,7 +19,7 @@ def export(
     out: Annotated[Path, typer.Option(metavar="X.fmu", help="FMU to write.")],
     flavour: Annotated[Flavour, typer.Option(help=FLAVOUR_HELP)] = Flavour.NATIVE,
     fmi: Annotated[int, typer.Option(help="FMI version, 2 or 3.")] = 2,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Make an FMU whose start values are those of a model card."""
     from ..verbs.export import export as write_fmu

@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 
 from ..verbs.models import chosen_model
-from .app import app, number_settings, print_json, settings
+from .app import AsJson, app, number_settings, print_json, settings
 from .outputs import check_output_file
 from .runs import Cutoff, Holdout, Map, Measured, Scale, Start, Stop, read_runs
 
@@ -64,7 +64,7 @@ def identify(
     maps: Map = [],  # noqa: B006
     scales: Scale = [],  # noqa: B006
     cutoff: Cutoff = None,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Fit a model's parameters to measured runs and write a model card."""
     from ..verbs.identify import identify as fit_runs

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .app import app, print_json, settings
+from .app import AsJson, app, print_json, settings
 from .systems import TIME_LIMIT, Case, Isolate, Jacobi, Loops, Step, TimeLimit, Values
 
 
@@ -38,7 +38,7 @@ def linearize(
     order: Annotated[int | None, typer.Option("--order", min=1, max=100, help="Order; found without it.")] = None,
     isolate: Isolate = None,
     time_limit: TimeLimit = TIME_LIMIT,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Linearise a unit or a loop about a working point: state space, Bode plot, margins beside the design's."""
     from ..verbs.linearize import linearize as linearize_system

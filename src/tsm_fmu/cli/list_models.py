@@ -14,13 +14,13 @@ from ..effects import EFFECTS
 from ..kernels.kernel import Kernel
 from ..models import MODELS
 from ..models.contract import InputError, Variable
-from .app import app, print_json
+from .app import AsJson, app, print_json
 
 
 @app.command("list")
 def list_models(
     name: Annotated[str, typer.Argument(help="A model or an effect: its equations too.", show_default=False)] = "",
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Models, effects, presets, variables with units; of one of them its equations too."""
     kernels, effects = ([k for k in map(Kernel, modules) if name in ("", k.name)] for modules in (MODELS, EFFECTS))

@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from .app import app, print_json
+from .app import AsJson, app, print_json
 
 
 @app.command("report")
 def report(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of identify, simulate, run, sweep, diagnose.")],
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Write DIR/index.html: the cards, runs, sweep and diagnosis of a folder on one page."""
     from ..verbs.report import write_folder_report

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from .app import app, print_json
+from .app import AsJson, app, print_json
 
 
 @app.command("reproduce")
@@ -27,7 +27,7 @@ def reproduce(
             "--quick", help="Fewer values of what is open, short windows: a first look, verdicts are provisional."
         ),
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Every figure and number of the five papers: as printed, ours, verdict, why."""
     from ..reproduction import reproduce as compute

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import typer
 
-from .app import app, print_json, settings
+from .app import AsJson, app, print_json, settings
 from .systems import TIME_LIMIT, Case, Folder, Isolate, Jacobi, Loops, Step, StopTime, System, TimeLimit, Values
 
 
@@ -22,7 +20,7 @@ def run(
     loops: Loops = None,
     isolate: Isolate = None,
     time_limit: TimeLimit = TIME_LIMIT,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Co-simulate a scenario or an SSP: results, statistics, report, and the system as .ssp."""
     from ..verbs.run import run as run_system

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .app import app, print_json
+from .app import AsJson, app, print_json
 from .outputs import check_output_file
 
 
@@ -15,7 +15,7 @@ from .outputs import check_output_file
 def sample(
     name: Annotated[str, typer.Argument(metavar="sine|multisine", help="Which motion.")],
     out: Annotated[Path, typer.Option(metavar="FILE", help="CSV, CSV.gz or Parquet to write.")],
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Write a sample log of a paired tendon-sheath drive."""
     from ..logs.record import write_record

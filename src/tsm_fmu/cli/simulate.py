@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .app import app, number_settings, print_json, settings
+from .app import AsJson, app, number_settings, print_json, settings
 from .outputs import check_output_file
 from .runs import Cutoff, Input, Map, Scale, Start, Stop, read_runs
 from .systems import TIME_LIMIT, Isolate, TimeLimit
@@ -26,7 +26,7 @@ def simulate(
     cutoff: Cutoff = None,
     isolate: Isolate = None,
     time_limit: TimeLimit = TIME_LIMIT,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Replay a record; RMSE and peak-to-peak error of every output that was measured."""
     from ..cosim.trajectory import SimulationInterrupted, SimulationStopped

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from .app import app, print_json, settings
+from .app import AsJson, app, print_json, settings
 from .systems import TIME_LIMIT, Case, Isolate, Loops, Step, StopTime, System, TimeLimit, Values
 
 
@@ -21,7 +21,7 @@ def step_study(
     loops: Loops = None,
     isolate: Isolate = None,
     time_limit: TimeLimit = TIME_LIMIT,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """What the communication step and the order of exchange cost: differences of all signals, observed orders."""
     from ..verbs.step_study import step_study as study

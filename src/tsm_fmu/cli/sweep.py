@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from ..models.contract import InputError
-from .app import app, print_json, settings
+from .app import AsJson, app, print_json, settings
 from .systems import TIME_LIMIT, Case, Folder, Isolate, Jacobi, Loops, Step, StopTime, System, TimeLimit, Values
 
 
@@ -32,7 +32,7 @@ def sweep(
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Run on the workers of this Dask scheduler.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Co-simulate at every point of a grid: sweep.csv, sweep.json and a report."""
     from ..verbs.sweep import sweep as sweep_system

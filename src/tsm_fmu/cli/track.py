@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .app import app, print_json
+from .app import AsJson, app, print_json
 from .runs import Cutoff, Map, Run, Scale, Start, Stop, read_runs
 from .status import status
 
@@ -26,7 +26,7 @@ def track(
     maps: Map = [],  # noqa: B006
     scales: Scale = [],  # noqa: B006
     cutoff: Cutoff = None,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Follow a model's parameters over runs in time order: which drift or jump."""
     from ..verbs.track import check_folder

@@ -8,13 +8,13 @@ from typing import Annotated
 import typer
 
 from ..models.contract import InputError
-from .app import app, print_json
+from .app import AsJson, app, print_json
 
 
 @app.command("validate")
 def validate(
     fmus: Annotated[list[Path], typer.Argument(metavar="FMU ...", help="FMU files.")],
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Check FMU files; exit code 2 when one has a problem."""
     from ..fmu.validate import tools, validate_fmu  # heavy: FMPy
