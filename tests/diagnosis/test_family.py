@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tsm_fmu.diagnosis.answer.family import families_of
+from tsm_fmu.diagnosis.answer.family import families_of, family_evidence
 from tsm_fmu.diagnosis.answer.sentence import answer
 from tsm_fmu.diagnosis.evidence import FamilyShare, Gap
+from tsm_fmu.diagnosis.fits.refit import Task, as_given
 from tsm_fmu.diagnosis.residual.families import family_shares
 from tsm_fmu.diagnosis.result import Diagnosis
 from tsm_fmu.diagnosis.runs.motion_signals import Coordinates, coordinates_of
@@ -102,3 +103,11 @@ def test_the_answer_says_the_family() -> None:
     assert answer(named).endswith("Family: a law of time or travel.")
     sets = Diagnosis("ambiguous", equivalent=(("wear", "stribeck"),), gap=gap, family=("time", "speed"))
     assert answer(sets).endswith("Family: a law of time or travel or a law of the speed.")
+
+
+def test_a_model_with_nothing_to_fit_has_a_family_too(rig: Callable[..., FitRun], known: dict[str, float]) -> None:
+    """All parameters fixed: no parameter imitates anything, and the law is still one of the acceleration."""
+    run = rig(3, inertia=0.4, rows=1500)
+    task = Task("LuGreFriction", [run], ("F",), known, None, tuple(known))
+    evidence = family_evidence(as_given(task, ()), [run])
+    assert evidence[0].family == "acceleration"

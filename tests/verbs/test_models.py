@@ -9,14 +9,14 @@ from tsm_fmu import InputError
 from tsm_fmu.card import read_card
 from tsm_fmu.cli.app import run
 from tsm_fmu.logs.record import write_record
-from tsm_fmu.verbs.models import chosen_model
+from tsm_fmu.verbs.models import resolve_model
 
 
 def test_effects_are_attached_in_order():
-    chosen = chosen_model("TendonDrive:published+load_dependence+tendon_elasticity@x_out")
-    assert chosen.effects == ("load_dependence", "tendon_elasticity@x_out")
-    assert chosen.preset == "published"
-    assert "load_dependence.k" in {v.name for v in chosen.kernel.parameters}
+    resolved = resolve_model("TendonDrive:published+load_dependence+tendon_elasticity@x_out")
+    assert resolved.effects == ("load_dependence", "tendon_elasticity@x_out")
+    assert resolved.preset == "published"
+    assert "load_dependence.k" in {v.name for v in resolved.kernel.parameters}
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,7 @@ def test_effects_are_attached_in_order():
 )
 def test_what_cannot_be_read_is_named(text, message):
     with pytest.raises(InputError, match=message):
-        chosen_model(text)
+        resolve_model(text)
 
 
 def test_a_card_of_a_model_with_effects_serves_every_verb(tmp_path, capsys):

@@ -154,9 +154,9 @@ def _described(
     steps = np.diff(x, prepend=x[0])
     if jumps.size and before.size and after.size:
         around = np.median(steps[max(0, first - reach) : last + 1 + reach])
-        kept = abs(float(np.sum(steps[jumps] - around)))
-        if kept > JUMP_KEPT_SHARE * float(np.max(np.abs(steps[jumps]))):
-            return Event("jump", int(jumps[0]), int(jumps[-1]), kept)
+        net_step = abs(float(np.sum(steps[jumps] - around)))
+        if net_step > JUMP_KEPT_SHARE * float(np.max(np.abs(steps[jumps]))):
+            return Event("jump", int(jumps[0]), int(jumps[-1]), net_step)
     if away.size:
         first, last = int(away[0]), int(away[-1])
     level = float(np.median(before)) if before.size else float(x[last])

@@ -56,10 +56,10 @@ def check_power(record: Record) -> tuple[list[Power], list[Finding]]:
 
 
 def _partner(record: Record, effort: str) -> str | None:
-    wanted = _MOTIONS.get(record.units[effort])
+    motion_unit = _MOTIONS.get(record.units[effort])
     suffix = effort[effort.index("_") :] if "_" in effort else ""
     side = {"_drive": "_in", "_load": "_out"}.get(suffix, suffix)
-    return next((c for c in (f"x{side}", "x") if c in record.columns and record.units[c] == wanted), None)
+    return next((c for c in (f"x{side}", "x") if c in record.columns and record.units[c] == motion_unit), None)
 
 
 def _work(record: Record, effort: str, motion: str) -> tuple[Power, int, int]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from ..verbs.models import chosen_model
+from ..verbs.models import resolve_model
 from .app import AsJson, app, number_settings, print_json, settings
 from .outputs import check_output_file
 from .runs import Cutoff, Holdout, Map, Measured, Scale, Start, Stop, read_runs
@@ -73,7 +73,7 @@ def identify(
     if report is not None:
         check_output_file(report, (".html",), [*measured, *holdout], option="--report")
     values = number_settings(settings(set_))
-    chosen_model(model).params(values)  # what is wrong here is said before the runs are read
+    resolve_model(model).params(values)  # what is wrong here is said before the runs are read
     records = read_runs([*measured, *holdout], start, stop, maps, scales)
     with _progress() as progress:
         result = fit_runs(

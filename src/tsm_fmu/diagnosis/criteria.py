@@ -185,7 +185,7 @@ FALSE_DISCOVERY_RATE = 0.05
 HARMONIC_PERIODS = 4
 """Whole periods in a run below which its harmonics have no background beside them."""
 
-TELLING_SHARE = 0.1
+NOTABLE_SHARE = 0.1
 """A coordinate must explain this part of the residual to be worth a sentence."""
 
 FAMILY_SHARE = 0.1

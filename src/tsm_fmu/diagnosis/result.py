@@ -140,8 +140,8 @@ class Diagnosis:
         """Effects of the answer's model that are neither of the model as given nor named: nuisance parameters."""
         if self.final is None or self.given is None:
             return ()
-        there = (*self.given.effects, *self.effects)
-        return tuple(e for e in self.final.effects if e not in there and id_of(e) not in self.answered)
+        in_given = (*self.given.effects, *self.effects)
+        return tuple(e for e in self.final.effects if e not in in_given and id_of(e) not in self.answered)
 
     def summary(self) -> str:
         """The answer, the gaps, the candidates and the notes as text."""
@@ -182,14 +182,14 @@ class Diagnosis:
         """Error of each channel before, refitted and with the answer, beside its floor; held-out runs if any."""
         bars: dict[str, dict[str, float]] = {}
         for channel, g in self.gap.items():
-            held = g.holdout_before is not None
-            errors = (
-                (g.holdout_before, g.holdout_refitted, g.holdout_after) if held else (g.before, g.refitted, g.after)
-            )
-            shown = display(g.unit, max(g.before, g.floor))
-            name = f"{channel} [{shown.unit}]{', held out' if held else ''}"
+            on_holdout = g.holdout_before is not None
+            errors = (g.before, g.refitted, g.after)
+            if on_holdout:
+                errors = (g.holdout_before, g.holdout_refitted, g.holdout_after)
+            in_unit = display(g.unit, max(g.before, g.floor))
+            name = f"{channel} [{in_unit.unit}]{', held out' if on_holdout else ''}"
             stages = ("as given", "refitted", "with the answer", "floor")
-            bars[name] = {s: shown.factor * (e or 0.0) for s, e in zip(stages, (*errors, g.floor), strict=True)}
+            bars[name] = {s: in_unit.factor * (e or 0.0) for s, e in zip(stages, (*errors, g.floor), strict=True)}
         return bar_figure(bars, "Error (RMS) before and after")
 
     def _repr_html_(self) -> str:

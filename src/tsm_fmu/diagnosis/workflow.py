@@ -21,8 +21,8 @@ from .answer.sentence import answer, leading_channel
 from .answer.shape import located, with_position_law
 from .answer.verdict import Verdict, verdict_of
 from .choice.baselines import baselines
-from .choice.judged import Judged, judged
 from .choice.search import Search, candidate_places
+from .choice.selection import Selection, select
 from .choice.visibility import unexcited
 from .criteria import EFFECT_SPREAD_SHARE, PRESLIDING_STROKE_SHARE
 from .evidence import Candidate, Gap, Gate, NextMotion, RunComparison
@@ -46,7 +46,7 @@ class Investigation:
     Attributes
     ----------
     runs : PreparedRuns
-    judged : Judged
+    selection : Selection
     verdict : Verdict
     not_excited : tuple of str
         Ids of effects that have a place and that these runs could not show.
@@ -55,7 +55,7 @@ class Investigation:
     """
 
     runs: PreparedRuns
-    judged: Judged
+    selection: Selection
     verdict: Verdict
     not_excited: tuple[str, ...]
     not_applicable: Mapping[str, str]
@@ -63,7 +63,7 @@ class Investigation:
     @property
     def stages(self) -> dict[str, Fitted]:
         """The model as given, refitted, and that of the answer."""
-        before = self.judged.baselines
+        before = self.selection.baselines
         return {"given": before.given, "refitted": before.refitted.fitted, "final": self.verdict.final}
 
 
@@ -142,7 +142,7 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
     holdout, references = thinned_for_search(runs.model, runs.holdout), thinned_for_search(runs.model, runs.reference)
     fitted = baselines(task, runs.effects, runs.measured, references, holdout, progress)
     hypotheses = Search(runs.model, fitted, holdout, progress).hypotheses()
-    result = judged(hypotheses, fitted, holdout, progress)
+    result = select(hypotheses, fitted, holdout, progress)
     hidden, inapplicable = _not_excited(runs, result)
     tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]
     verdict = verdict_of(result.baselines, result.choice, result.floors, tested, hidden, holdout, progress)
@@ -150,7 +150,7 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
     return Investigation(runs, result, verdict, tuple(e for e in hidden if e not in answered), inapplicable)
 
 
-def _not_excited(runs: PreparedRuns, result: Judged) -> tuple[tuple[str, ...], dict[str, str]]:
+def _not_excited(runs: PreparedRuns, result: Selection) -> tuple[tuple[str, ...], dict[str, str]]:
     """Ids of effects that have a place and that the runs could not show, and why the others cannot be asked about."""
     base = result.baselines.refitted.fitted
     hidden, contained = unexcited(base, candidate_places(runs.model, base), result.choice.best)
@@ -176,13 +176,13 @@ def _described(
     records: Mapping[str, str], preset: str, seed: int,
 ) -> Diagnosis:  # fmt: skip
     """The diagnosis in numbers and words: errors at full sampling, candidates, places, formulas, card, next motion."""
-    runs, verdict, before, stages = found.runs, found.verdict, found.judged.baselines, found.stages
+    runs, verdict, before, stages = found.runs, found.verdict, found.selection.baselines, found.stages
     gap = _gaps(found)
     candidates = candidates_of(
-        rows_of(found.judged.hypotheses, found.judged.choice, found.judged.floors),
+        rows_of(found.selection.hypotheses, found.selection.choice, found.selection.floors),
         verdict.final.effects if verdict.effects or verdict.equivalent else (), gap, before.refitted,
         before.with_nuisances, runs.measured, (*found.not_excited, *found.not_applicable),
-        unknown=bool(found.judged.floors.unexplained.any()),
+        unknown=bool(found.selection.floors.unexplained.any()),
     )  # fmt: skip
     stage = "given" if verdict.word in ("none", "parameters") else "refitted"
     missing = verdict.word in ("named", "ambiguous", "unknown")
@@ -212,24 +212,24 @@ def _described(
 
 def _gaps(found: Investigation) -> dict[str, Gap]:
     runs, verdict = found.runs, found.verdict
-    base = found.judged.baselines.refitted.fitted
+    base = found.selection.baselines.refitted.fitted
     units = {v.name: v.quantity.unit for v in base.problem.kernel.outputs}
     threshold = np.maximum(EFFECT_SPREAD_SHARE * base.spread, base.task.discrepancy)
     given, refitted, final = (errors_of(fitted, runs.measured, runs.holdout) for fitted in found.stages.values())
     return gaps(
-        runs.channels, [units[c] for c in runs.channels], given, refitted, final, found.judged.floors, threshold,
+        runs.channels, [units[c] for c in runs.channels], given, refitted, final, found.selection.floors, threshold,
         with_effects=bool(verdict.effects or verdict.equivalent),
     )  # fmt: skip
 
 
 def _next_motion(found: Investigation, candidates: Sequence[Candidate]) -> NextMotion | None:
     """The motion that separates the effects that cannot be told apart."""
-    wanted, fits = found.verdict.equivalent, {}
-    rows = dict(rows_of(found.judged.hypotheses, found.judged.choice, found.judged.floors))
+    to_separate, fits = found.verdict.equivalent, {}
+    rows = dict(rows_of(found.selection.hypotheses, found.selection.choice, found.selection.floors))
     for c in candidates:
-        if c.effect in wanted:
+        if c.effect in to_separate:
             fits.setdefault(c.effect, rows[c.spec].fitted)
-    return next_motion(list(fits.values()), found.judged.floors.noise) if wanted else None
+    return next_motion(list(fits.values()), found.selection.floors.noise) if to_separate else None
 
 
 def _comparisons(found: Investigation, measured: Sequence[Record]) -> tuple[RunComparison, ...]:

@@ -60,7 +60,7 @@ def findings(
     known: Uncertainty,
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Sentences for the user, and the fields that these runs do not determine."""
-    said = []
+    sentences = []
 
     def name(field: str) -> str:
         return problem.declared[field].name
@@ -68,27 +68,27 @@ def findings(
     for field in sorted(at_bound, key=problem.fields.index):
         value = float(table[:, problem.fields.index(field)].mean())
         parameter, unit = problem.space[field], problem.declared[field].quantity.unit
-        said.append(
+        sentences.append(
             f"{name(field)} = {value:.6g} {unit} is on a bound [{parameter.lo:g}, {parameter.hi:g}]: the model asks "
             "for more, or these runs do not hold it"
         )
     for condition, fields in conditions.items():
-        said.append(f"the condition {condition} holds the fit: {', '.join(map(name, fields))}")
+        sentences.append(f"the condition {condition} holds the fit: {', '.join(map(name, fields))}")
     undetermined = tuple(f for f in problem.shared if f not in at_bound and _undetermined(problem, table, known, f))
     undetermined += tuple(f for f in problem.per_run if any(math.isnan(run.get(f, 0.0)) for run in known.per_run))
     for field in undetermined:
         error = known.stderr.get(field, math.nan)
         size = "" if math.isnan(error) else f" (standard error {error:.3g})"
         value = float(table[:, problem.fields.index(field)].mean())
-        said.append(f"{name(field)} = {value:.6g}{size} is not determined by these runs")
+        sentences.append(f"{name(field)} = {value:.6g}{size} is not determined by these runs")
     if known.condition_number > COLLINEAR and known.names:
         pairs = np.abs(np.triu(known.correlation, 1))
         i, j = np.unravel_index(int(np.argmax(pairs)), pairs.shape)
-        said.append(
+        sentences.append(
             f"condition number {known.condition_number:.3g}: the parameters trade against each other, most of all "
             f"{name(known.names[i])} and {name(known.names[j])} (correlation {known.correlation[i, j]:.4f})"
         )
-    return tuple(said), undetermined
+    return tuple(sentences), undetermined
 
 
 def _undetermined(problem: Problem, table: FloatArray, known: Uncertainty, field: str) -> bool:

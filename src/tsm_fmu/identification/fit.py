@@ -193,8 +193,8 @@ def fit(
             profiled = True
     except KeyboardInterrupt:
         complete = False
-    judged = [(run, settled(problem, table, run, problem.per_run)) for run in holdout]
-    results = _results(problem, table, known, judged)
+    holdout_fits = [(run, settled(problem, table, run, problem.per_run)) for run in holdout]
+    results = _results(problem, table, known, holdout_fits)
     conditions = conditions_met(problem, table)
     notes, undetermined = findings(problem, table, at_bound, conditions, known)
     if not profiled:
@@ -209,7 +209,7 @@ def fit(
         per_run=problem.per_run,
         runs=results,
         measured=_pooled(problem, [(run, table[k], 0.0) for k, run in enumerate(problem.runs)]),
-        holdout=_pooled(problem, [(run, row, SETTLING) for run, row in judged]) if judged else {},
+        holdout=_pooled(problem, [(run, row, SETTLING) for run, row in holdout_fits]) if holdout_fits else {},
         at_bound=at_bound | frozenset(f for fields in conditions.values() for f in fields),
         undetermined=undetermined,
         findings=notes,
@@ -239,10 +239,10 @@ def _weights(problem: Problem, table: FloatArray) -> FloatArray:
     return 1.0 / np.maximum(np.sqrt(np.mean(gaps**2, axis=0)), 1e-9 / problem.weights)
 
 
-def _pooled(problem: Problem, judged: Sequence[tuple[FitRun, FloatArray, float]]) -> dict[str, Agreement]:
+def _pooled(problem: Problem, holdout_fits: Sequence[tuple[FitRun, FloatArray, float]]) -> dict[str, Agreement]:
     """Errors by channel, pooled over runs, each from so many seconds after its start."""
     measured, errors = [], []
-    for run, row, after in judged:
+    for run, row, after in holdout_fits:
         scored = run.time >= run.time[0] + after
         simulated = problem.with_runs([run]).outputs(0, row)
         measured.append(run.targets[scored])
@@ -268,7 +268,7 @@ def _noise_floor(problem: Problem) -> dict[str, float]:
 
 
 def _results(
-    problem: Problem, table: FloatArray, known: Uncertainty, judged: Sequence[tuple[FitRun, FloatArray]]
+    problem: Problem, table: FloatArray, known: Uncertainty, holdout_fits: Sequence[tuple[FitRun, FloatArray]]
 ) -> dict[str, RunResult]:
     def per_run(row: FloatArray) -> dict[str, float]:
         return {problem.declared[f].name: float(row[problem.fields.index(f)]) for f in problem.per_run}
@@ -277,7 +277,7 @@ def _results(
     for k, run in enumerate(problem.runs):
         errors = {problem.declared[f].name: value for f, value in known.per_run[k].items()}
         results[run.name] = RunResult("measured", per_run(table[k]), errors, _pooled(problem, [(run, table[k], 0.0)]))
-    for run, row in judged:
+    for run, row in holdout_fits:
         results[run.name] = RunResult("holdout", per_run(row), {}, _pooled(problem, [(run, row, SETTLING)]))
     return results
 

@@ -42,7 +42,7 @@ class Nuisance:
     per_run: tuple[str, ...] = ()
 
 
-def with_nuisance(model: Kernel, effects: Sequence[str], wanted: Sequence[str]) -> Nuisance:
+def with_nuisance(model: Kernel, effects: Sequence[str], specs: Sequence[str]) -> Nuisance:
     """Attach nuisance parameters behind the effects that a model has.
 
     Parameters
@@ -51,7 +51,7 @@ def with_nuisance(model: Kernel, effects: Sequence[str], wanted: Sequence[str]) 
         The model with ``effects``.
     effects : sequence of str
         As in `chain.chain`; one that is there already is not attached twice.
-    wanted : sequence of str
+    specs : sequence of str
         Each ``delay@CHANNEL`` or ``offset@CHANNEL``.
 
     Raises
@@ -59,13 +59,13 @@ def with_nuisance(model: Kernel, effects: Sequence[str], wanted: Sequence[str]) 
     InputError
         Unknown kind, no channel, or a channel that the model does not have.
     """
-    if not wanted:
+    if not specs:
         return Nuisance(model, tuple(effects))
     base = kernel(model.name)
-    specs = [attach(base, text).spec for text in effects]
+    in_chain = [attach(base, text).spec for text in effects]
     delays, fixed, per_run = {}, [], []
     known = kinds()
-    for text in dict.fromkeys(wanted):
+    for text in dict.fromkeys(specs):
         kind, at, channel = text.partition("@")
         if kind not in known or not at or not channel:
             expected = " or ".join(f"{word}@CHANNEL" for word in known)
@@ -73,8 +73,8 @@ def with_nuisance(model: Kernel, effects: Sequence[str], wanted: Sequence[str]) 
                 f"--nuisance {text} -- expected {expected} -- for example {next(iter(known))}@{base.outputs[0].name}"
             )
         attached = attach(base, f"{known[kind].NAME}@{channel}")
-        if attached.spec not in specs:
-            specs.append(attached.spec)
+        if attached.spec not in in_chain:
+            in_chain.append(attached.spec)
             effects = (*effects, attached.spec)
             fixed += [_name(attached, name) for name in sizes_as(attached.module, "zero")]
         per_run += [_name(attached, name) for name in sizes_as(attached.module, "per run")]

@@ -39,14 +39,14 @@ def write_fit_report(
         Effects of the model, for the title.
     """
     title = " + ".join([fit.kernel.name, *effects])
-    drawn = [run for role in ("measured", "holdout") for run in _of_role(fit, runs, role)[:MOST_RUNS]]
+    plotted = [run for role in ("measured", "holdout") for run in _of_role(fit, runs, role)[:MOST_RUNS]]
     sections = [
         Section("What to know", "\n\n".join(f"{text[0].upper()}{text[1:]}." for text in fit.findings))
         if fit.findings
         else Section("What to know", "No bound holds the fit, and these runs determine every parameter."),
         Section("Parameters", _parameter_text(fit), _parameter_tables(fit)),
         Section("Errors", _error_text(fit), _error_tables(fit)),
-        *(section for channel in fit.channels for section in _channel_sections(fit, channel, drawn, len(runs))),
+        *(section for channel in fit.channels for section in _channel_sections(fit, channel, plotted, len(runs))),
     ]
     provenance = {
         "tsm-fmu": __version__,
@@ -54,13 +54,13 @@ def write_fit_report(
         "cost": f"{fit.evaluations} simulations of one run, {fit.wall_s:.2f} s",
         **{f"{fit.runs[r.name].role} run {r.name}": f"{r.source or 'in memory'}, SHA-256 {r.sha256}" for r in records},
     }
-    return write_report(path, f"Identification of {title}", _summary(fit), sections, provenance, _proof(fit, drawn))
+    return write_report(path, f"Identification of {title}", _summary(fit), sections, provenance, _proof(fit, plotted))
 
 
-def _proof(fit: Fit, drawn: Sequence[FitRun]) -> Figure:
+def _proof(fit: Fit, plotted: Sequence[FitRun]) -> Figure:
     """Output and error of a run that the fit did not see, else of a measured one."""
-    run, channel = drawn[-1], fit.channels[0]
-    show, unit = _shown(_output(fit, channel))
+    run, channel = plotted[-1], fit.channels[0]
+    show, unit = _plotted_axis(_output(fit, channel))
     measured, simulated = show(run.targets[:, 0]), show(run_outputs(fit, run)[:, 0])
     lines = [Line("measured", run.time, measured, dashed=True), Line(fit.kernel.name, run.time, simulated)]
     role = "held-out" if fit.runs[run.name].role == "holdout" else "measured"
@@ -84,16 +84,16 @@ def _of_role(fit: Fit, runs: Sequence[FitRun], role: str) -> list[FitRun]:
 
 
 def _summary(fit: Fit) -> str:
-    said = []
+    sentences = []
     for channel in fit.channels:
-        show, unit = _shown(_output(fit, channel))
+        show, unit = _plotted_axis(_output(fit, channel))
         text = f"{channel}: RMSE {show(fit.measured[channel].rmse):.4g} {unit} on the measured runs"
         if channel in fit.holdout:
             text += f", {show(fit.holdout[channel].rmse):.4g} {unit} on held-out ones"
         if channel in fit.noise_floor:
             text += f"; what does not repeat from period to period is {show(fit.noise_floor[channel]):.4g} {unit}"
-        said.append(text + ".")
-    return " ".join(said)
+        sentences.append(text + ".")
+    return " ".join(sentences)
 
 
 def _parameter_text(fit: Fit) -> str:
@@ -128,10 +128,10 @@ def _parameter_tables(fit: Fit) -> list[Table]:
         rows.append((variable.name, p.value, p.stderr, interval, variable.quantity.unit, remark, about))
     heading = ("parameter", "value", "standard error", "95 % interval", "unit", "", "meaning")
     tables = [Table(heading, rows)]
-    own = [v for v in fit.kernel.parameters if v.field in fit.per_run]
-    if own:
-        values = [(name, run.role, *(run.values[v.name] for v in own)) for name, run in fit.runs.items()]
-        heading = ("run", "role", *(f"{v.name} [{v.quantity.unit}]" for v in own))
+    per_run = [v for v in fit.kernel.parameters if v.field in fit.per_run]
+    if per_run:
+        values = [(name, run.role, *(run.values[v.name] for v in per_run)) for name, run in fit.runs.items()]
+        heading = ("run", "role", *(f"{v.name} [{v.quantity.unit}]" for v in per_run))
         tables.append(Table(heading, values, "One value for each run"))
     known = fit.uncertainty
     if len(known.names) > 1:
@@ -153,7 +153,7 @@ def _error_tables(fit: Fit) -> list[Table]:
     pooled = [("all", role, scores) for role, scores in (("measured", fit.measured), ("holdout", fit.holdout))]
     for name, role, scores in [*((n, r.role, r.channels) for n, r in fit.runs.items()), *pooled]:
         for channel, score in scores.items():
-            show, unit = _shown(_output(fit, channel))
+            show, unit = _plotted_axis(_output(fit, channel))
             rows.append((name, role, channel, show(score.rmse), show(score.peak_to_peak_error), unit, score.nrmse))
     tests = [
         (channel, t.correlation_time_s, t.durbin_watson, t.ljung_box_p, t.jarque_bera_p)
@@ -169,15 +169,15 @@ def _error_tables(fit: Fit) -> list[Table]:
     ]
 
 
-def _channel_sections(fit: Fit, channel: str, drawn: Sequence[FitRun], total: int) -> list[Section]:
+def _channel_sections(fit: Fit, channel: str, plotted: Sequence[FitRun], total: int) -> list[Section]:
     output = _output(fit, channel)
-    show, unit = _shown(output)
+    show, unit = _plotted_axis(output)
     column = fit.channels.index(channel)
     over = _abscissas(fit)
     fits: list[Figure] = []
     errors: list[Figure] = []
     lines: dict[str, list[Line]] = {name: [] for name in ("time [s]", *over)}
-    for run in drawn:
+    for run in plotted:
         measured = show(run.targets[:, column])
         simulated = show(run_outputs(fit, run)[:, column])
         title = f"{channel}, run {run.name} ({fit.runs[run.name].role})"
@@ -196,7 +196,9 @@ def _channel_sections(fit: Fit, channel: str, drawn: Sequence[FitRun], total: in
     for name, several in lines.items():
         title = f"Model minus measured, over {name.partition(' [')[0]}"
         errors.append(loop_figure(several, title, name, f"error of {channel} [{unit}]"))
-    few = "" if len(drawn) == total else f"{len(drawn)} of {total} runs are drawn, at most {MOST_RUNS} of each role."
+    few = (
+        "" if len(plotted) == total else f"{len(plotted)} of {total} runs are drawn, at most {MOST_RUNS} of each role."
+    )
     return [
         Section(f"{channel}: fit", few, figures=fits),
         Section(f"{channel}: residual", "A shape that all runs share is physics that the model lacks.", figures=errors),
@@ -210,14 +212,14 @@ def _abscissas(fit: Fit) -> dict[str, Callable[[FitRun], FloatArray]]:
     position = fit.kernel.roles.motion or next((n for n in names if n.startswith("x")), "")
     if position:
         j = names.index(position)
-        show, unit = _shown(fit.kernel.inputs[j])
+        show, unit = _plotted_axis(fit.kernel.inputs[j])
         found[f"{position} [{unit}]"] = lambda run: show(run.inputs[:, j])
         found[f"speed of {position} [{unit}/s]"] = lambda run: show(np.gradient(run.inputs[:, j], run.time))
     if "v" in names:
         k = names.index("v")
-        show_v, unit_v = _shown(fit.kernel.inputs[k])
+        show_v, unit_v = _plotted_axis(fit.kernel.inputs[k])
         if position:
-            found.pop(f"speed of {position} [{_shown(fit.kernel.inputs[names.index(position)])[1]}/s]")
+            found.pop(f"speed of {position} [{_plotted_axis(fit.kernel.inputs[names.index(position)])[1]}/s]")
         else:
             travel = unit_v.removesuffix("/s")
             found[f"travel [{travel}]"] = lambda run: show_v(_integral(run.time, run.inputs[:, k]))
@@ -237,7 +239,7 @@ def _parameter(fit: Fit, field: str) -> Variable:
     return next(v for v in fit.kernel.parameters if v.field == field)
 
 
-def _shown(variable: Variable) -> tuple[Callable[..., FloatArray], str]:
+def _plotted_axis(variable: Variable) -> tuple[Callable[..., FloatArray], str]:
     """Conversion from SI to the unit that people read, and that unit."""
-    shown = display(variable.quantity.unit)
-    return (lambda values: shown.factor * np.asarray(values)), shown.unit
+    axis = display(variable.quantity.unit)
+    return (lambda values: axis.factor * np.asarray(values)), axis.unit

@@ -72,15 +72,15 @@ class Proposal:
         """The proposal as the text of a ``log.toml``; what is a guess is said in its line."""
         lines = [f"# Columns of {self.log} as variables of {self.model}: a proposal. Correct what is a guess.", "[map]"]
         for guess in self.guesses:
-            said = "the log says so" if guess.certain else f"a guess: {'; '.join(guess.reasons)}"
+            origin = "the log says so" if guess.certain else f"a guess: {'; '.join(guess.reasons)}"
             unit = f" [{guess.unit}]" if guess.unit else ""
-            line = f"{_toml(guess.column)} = {_toml(guess.name + unit)}  # {said}"
+            line = f"{_toml(guess.column)} = {_toml(guess.name + unit)}  # {origin}"
             # without a unit the line would be refused: it waits for one
             stamps = guess.name == "time" and "time stamps" in guess.reasons
             lines.append(
                 line
                 if guess.unit or stamps
-                else f"# {_toml(guess.column)} = {_toml(guess.name + ' [UNIT]')}  # {said}; write its unit"
+                else f"# {_toml(guess.column)} = {_toml(guess.name + ' [UNIT]')}  # {origin}; write its unit"
             )
         lines += [f"# no column seems to be {name}" for name in self.missing]
         lines += [f"# {column}: not known, left out" for column in self.unused]
@@ -110,38 +110,40 @@ def propose_mapping(path: Path, model: str, variables: Sequence[Variable]) -> Pr
     """
     columns = read_table(path).columns
     guesses: list[Guess] = []
-    left = list(columns)
-    time = max(left, key=_time_score)
+    unassigned = list(columns)
+    time = max(unassigned, key=_time_score)
     if _time_score(time) > 0:
         guesses.append(_time_guess(time))
-        left.remove(time)
-    left = [
-        column for column in left if not column.is_text and np.isfinite(column.values).all() and column.values.size > 1
+        unassigned.remove(time)
+    unassigned = [
+        column
+        for column in unassigned
+        if not column.is_text and np.isfinite(column.values).all() and column.values.size > 1
     ]
-    scores = [(score, v.name, c.name) for v in variables for c in left if (score := _score(v, c)) >= 2]
+    scores = [(score, v.name, c.name) for v in variables for c in unassigned if (score := _score(v, c)) >= 2]
     scores.sort(key=lambda found: (-found[0], found[1].endswith("_out"), found[1:]))  # no side said: the drive's
-    names = {column.name: column for column in left}
-    wanted = {v.name: v for v in variables}
+    names = {column.name: column for column in unassigned}
+    unmatched = {v.name: v for v in variables}
     for _, variable, column in scores:
-        if variable in wanted and column in names:
-            guesses.append(_guess(wanted.pop(variable), names.pop(column)))
+        if variable in unmatched and column in names:
+            guesses.append(_guess(unmatched.pop(variable), names.pop(column)))
     drive = next((c for g in guesses if g.name == "x_in" for c in columns if c.name == g.column), None)
     if drive is not None:
-        guesses += _by_correlation(drive, wanted, names)
+        guesses += _by_correlation(drive, unmatched, names)
         guesses = [_turned(guess, drive, columns) for guess in guesses]
     found = {guess.name for guess in guesses}
     missing = [name for name in ("time", *(v.name for v in variables)) if name not in found]
     return Proposal(path.name, model, tuple(guesses), tuple(missing), tuple(names))
 
 
-def _by_correlation(drive: Column, wanted: dict[str, Variable], names: dict[str, Column]) -> Iterable[Guess]:
+def _by_correlation(drive: Column, unmatched: dict[str, Variable], names: dict[str, Column]) -> Iterable[Guess]:
     """The output's position, where no name says it: the column that follows the drive best."""
-    variable = wanted.get("x_out")
+    variable = unmatched.get("x_out")
     fits = [(abs(_correlation(drive, c)), n) for n, c in names.items() if variable and _fits(variable, c) is not False]
     if variable is None or not fits or max(fits)[0] < _ALIKE:
         return []
     r, name = max(fits)
-    wanted.pop("x_out")
+    unmatched.pop("x_out")
     column = names.pop(name)
     unit, reason = _unit_of(variable, column)
     return [Guess(name, "x_out", unit, (f"follows x_in (correlation {r:.2f})", reason))]

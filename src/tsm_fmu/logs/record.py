@@ -293,12 +293,12 @@ def _expanded(source: str | os.PathLike[str]) -> Path:
         raise InputError(f"{source}: {failure} -- expected a known user after '~' -- write the path in full") from None
 
 
-def _measured(where: str, columns: list[Column], chosen: bool) -> tuple[list[tuple[Column, str]], list[str]]:
-    """Measurements with their units; text is left out, and what has no unit where columns are ``chosen``."""
-    with_unit, texts, bare = [], [], []
+def _measured(where: str, columns: list[Column], selected_by_user: bool) -> tuple[list[tuple[Column, str]], list[str]]:
+    """Measurements with their units; text is left out, and what has no unit where columns are ``selected_by_user``."""
+    with_unit, texts, without_unit = [], [], []
     for column in columns:
         if column.unit is None:
-            (texts if column.is_text else bare).append(column)
+            (texts if column.is_text else without_unit).append(column)
         elif column.is_text:
             first = next((str(cell) for cell in column.values if cell is not None), "")
             raise InputError(
@@ -308,17 +308,18 @@ def _measured(where: str, columns: list[Column], chosen: bool) -> tuple[list[tup
         else:
             with_unit.append((column, column.unit))
     notes = [f"{_listed(texts)}: text, left out"] if texts else []
-    if not bare:
+    if not without_unit:
         return with_unit, notes
-    if not chosen:
-        more = f" (nor have {len(bare) - 1} more: {_listed(bare[1:])})" if len(bare) > 1 else ""
-        given = " ".join(f'--map "{column.name}={column.name} [UNIT]"' for column in bare[:3])
+    if not selected_by_user:
+        more = f" (nor have {len(without_unit) - 1} more: {_listed(without_unit[1:])})" if len(without_unit) > 1 else ""
+        given = " ".join(f'--map "{column.name}={column.name} [UNIT]"' for column in without_unit[:3])
         raise InputError(
-            f"{where}: column {bare[0].cell or bare[0].name!r} has no unit{more} -- expected 'name [unit]' "
-            f"-- give what you need its unit: {given}{' ...' if len(bare) > 3 else ''}, or let "
+            f"{where}: column {without_unit[0].cell or without_unit[0].name!r} has no unit{more} "
+            "-- expected 'name [unit]' "
+            f"-- give what you need its unit: {given}{' ...' if len(without_unit) > 3 else ''}, or let "
             "'tsm-fmu check LOG --model MODEL' propose a log.toml"
         )
-    return with_unit, [*notes, f"{_listed(bare)}: no unit given, left out"]
+    return with_unit, [*notes, f"{_listed(without_unit)}: no unit given, left out"]
 
 
 def _listed(columns: Sequence[Column]) -> str:

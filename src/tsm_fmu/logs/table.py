@@ -123,7 +123,7 @@ def frame_table(where: str, frame: pd.DataFrame) -> Table:
         raise InputError(f"{where} has no columns -- expected 'time [s]', 'x_in [rad]', ... -- give it some")
     units = frame.attrs.get("units", {})
     cells = [str(cell) for cell in frame.columns]
-    said = [units.get(cell) for cell in frame.columns]
+    units_of_frame = [units.get(cell) for cell in frame.columns]
     values = []
     for k, cell in enumerate(cells):
         column = frame.iloc[:, k]
@@ -139,7 +139,7 @@ def frame_table(where: str, frame: pd.DataFrame) -> Table:
             raise InputError(
                 f"{where}: column {cell!r} is of type {column.dtype} -- expected numbers -- convert it"
             ) from None
-    columns, notes = _named(where, RawTable(cells, said, values))
+    columns, notes = _named(where, RawTable(cells, units_of_frame, values))
     digest = hashlib.sha256()
     for column in columns:
         content = repr(list(column.values)).encode() if column.is_text else column.values.tobytes()

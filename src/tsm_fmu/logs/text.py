@@ -63,7 +63,7 @@ def read_text(path: Path, content: bytes) -> RawTable:
     dialect = _dialect(head)
     if dialect is None:
         raise InputError(_no_header(path, head))
-    notes += _said(dialect)
+    notes += _dialect_notes(dialect)
     rows = text.split("\n", dialect.layout.data)
     body = rows[-1] if len(rows) > dialect.layout.data else ""
     if dialect.separator == " ":
@@ -107,16 +107,16 @@ def _decoded(path: Path, content: bytes) -> tuple[str, list[str]]:
 
 def _dialect(head: list[str]) -> _Dialect | None:
     """The one separator that splits the head into names over numbers."""
-    bare = [uncommented(line) for line in head]
-    for k, line in enumerate(bare):  # every cell a name with its unit: nothing else can be meant
+    uncommented_lines = [uncommented(line) for line in head]
+    for k, line in enumerate(uncommented_lines):  # every cell a name with its unit: nothing else can be meant
         for separator in _SEPARATORS:
             cells = _header_cells(line, separator)
             if (len(cells) > 1 or (k == 0 and cells)) and all(name_and_unit(cell)[1] for cell in cells):
                 return _Dialect(separator, Layout(k, None, k + 1), cells)
     found = []
     for separator in _SEPARATORS:
-        layout = find_layout([_split(line, separator) for line in bare])
-        cells = _header_cells(bare[layout.header], separator) if layout else []
+        layout = find_layout([_split(line, separator) for line in uncommented_lines])
+        cells = _header_cells(uncommented_lines[layout.header], separator) if layout else []
         if layout and cells:
             found.append(_Dialect(separator, layout, cells))
     # a separator of more cells splits all the others' cells too: 'a b;c d' in spaces is no table, so one is left
@@ -140,7 +140,7 @@ def _header_cells(line: str, separator: str) -> list[str]:
     return [] if (separator == " " or len(cells) == 1) and any(other in line for other in others) else cells
 
 
-def _said(dialect: _Dialect) -> list[str]:
+def _dialect_notes(dialect: _Dialect) -> list[str]:
     notes = []
     if dialect.separator != ",":
         notes.append(f"cells are separated by {_SEPARATORS[dialect.separator]}")

@@ -60,11 +60,11 @@ def linear_parameters(problem: Problem, seed: int = 0) -> frozenset[str]:
                 both = probe.outputs(0, _moved(probe, row, {a: steps[a], b: steps[b]}))
                 first = np.maximum(abs(moved[a] - y0), abs(moved[b] - y0))
                 joint[a, b] = _vanishes(both - moved[a] - moved[b] + y0, first, y0)
-    chosen: list[str] = []
+    linear: list[str] = []
     for name in sorted((f for f in free if affine[f]), key=lambda f: -sum(joint[p] for p in joint if f in p)):
-        if all(joint[a, b] for a, b in joint if name in (a, b) and (a in chosen or b in chosen)):
-            chosen.append(name)
-    return frozenset(chosen)
+        if all(joint[a, b] for a, b in joint if name in (a, b) and (a in linear or b in linear)):
+            linear.append(name)
+    return frozenset(linear)
 
 
 def _step(problem: Problem, name: str, row: FloatArray, rng: np.random.Generator) -> float:

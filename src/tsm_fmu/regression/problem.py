@@ -204,9 +204,9 @@ class Problem:
         """Simulated channels of every run at its row of a table."""
         return self.outputs_at(list(enumerate(table)))
 
-    def outputs_at(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+    def outputs_at(self, points: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
         """Simulated channels of several (run, row of values)."""
-        return [y for piece in self._pieces(wanted) for y in self._channels(piece)]
+        return [y for piece in self._pieces(points) for y in self._channels(piece)]
 
     def gaps(self, table: FloatArray) -> list[FloatArray]:
         """Measured minus simulated channels of every run at its row of a table."""
@@ -216,10 +216,10 @@ class Problem:
         """Weighted residual of one run, averaged over blocks, channel by channel, shape (rows,)."""
         return self.residuals([(run, row)])[0]
 
-    def residuals(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+    def residuals(self, points: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
         """Residuals of several (run, row of values), simulated side by side."""
-        pieces = list(self._pieces(wanted))
-        many = sum(self._rows[k] for k, _ in wanted) >= PARALLEL_ROWS
+        pieces = list(self._pieces(points))
+        many = sum(self._rows[k] for k, _ in points) >= PARALLEL_ROWS
         found = on_shared_threads(self._residuals, pieces) if many else map(self._residuals, pieces)
         return [residual for piece in found for residual in piece]
 
@@ -238,18 +238,18 @@ class Problem:
             total += float(np.sum(self.pooling_residual(table) ** 2))
         return total if np.isfinite(total) else np.inf
 
-    def _residuals(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
-        simulated = zip(wanted, self._channels(wanted), strict=True)
+    def _residuals(self, points: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+        simulated = zip(points, self._channels(points), strict=True)
         return [self.condensed((y - self.runs[k].targets) * self.weights) for (k, _), y in simulated]
 
-    def _channels(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
-        simulated = zip(wanted, self._simulated(wanted), strict=True)
+    def _channels(self, points: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+        simulated = zip(points, self._simulated(points), strict=True)
         return [y[self.runs[k].lead_time.size :, self.columns] for (k, _), y in simulated]
 
-    def _pieces(self, wanted: Sequence[tuple[int, FloatArray]]) -> Iterator[list[tuple[int, FloatArray]]]:
+    def _pieces(self, points: Sequence[tuple[int, FloatArray]]) -> Iterator[list[tuple[int, FloatArray]]]:
         """The wanted simulations in parts of about `PIECE_ROWS` rows."""
         piece, rows = [], 0
-        for k, row in wanted:
+        for k, row in points:
             piece.append((k, row))
             rows += self._rows[k]
             if rows >= PIECE_ROWS:
@@ -263,20 +263,20 @@ class Problem:
         """Rows to simulate of each run."""
         return [run.lead_time.size + run.time.size for run in self.runs]
 
-    def _simulated(self, wanted: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+    def _simulated(self, points: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
         """All outputs of several (run, row of values), with what was before; of one where the model stops only NaN."""
-        used = sorted({k for k, _ in wanted})
+        used = sorted({k for k, _ in points})
         times, all_inputs = zip(*(self.runs[k].with_lead for k in used), strict=True)
         time, inputs = (
             (times[0], all_inputs[0]) if len(used) == 1 else (np.concatenate(times), np.concatenate(all_inputs))
         )
         first = dict(zip(used, np.cumsum([0, *(t.size for t in times)]).tolist(), strict=False))
         form = serving(self.kernel)
-        table = form.widened(np.array([row for _, row in wanted]))
-        to = np.cumsum([0, *(self._rows[k] for k, _ in wanted)], dtype=np.int64)
-        spans = np.array([(first[k], first[k] + self._rows[k], at) for (k, _), at in zip(wanted, to, strict=False)])
+        table = form.widened(np.array([row for _, row in points]))
+        to = np.cumsum([0, *(self._rows[k] for k, _ in points)], dtype=np.int64)
+        spans = np.array([(first[k], first[k] + self._rows[k], at) for (k, _), at in zip(points, to, strict=False)])
         y, at = np.empty((to[-1], len(self.kernel.outputs))), np.zeros(1, dtype=np.int64)
-        while at[0] < len(wanted):
+        while at[0] < len(points):
             try:
                 form.run(table, spans, time, inputs, y, at)
                 break

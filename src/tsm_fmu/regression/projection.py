@@ -125,8 +125,8 @@ class Projection:
     def __call__(self, table: FloatArray) -> Projected | None:
         """Solve at ``table`` (its eliminated values only serve as reference); None where the model fails."""
         count = 1 + len(self.columns)
-        wanted = [(k, row) for k in range(len(self.problem.runs)) for row in self._probes(table[k])]
-        found = self.problem.residuals(wanted)
+        points = [(k, row) for k in range(len(self.problem.runs)) for row in self._probes(table[k])]
+        found = self.problem.residuals(points)
         if not all(np.isfinite(residual).all() for residual in found[::count]):
             return None
         if not self.columns:

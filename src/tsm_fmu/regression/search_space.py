@@ -124,7 +124,7 @@ class SearchSpace:
 
     def to_lmfit(self) -> Parameters:
         """The parameters as those of lmfit, by field."""
-        shown = Parameters()
+        parameters = Parameters()
         for field, p in self.parameters.items():
-            shown.add(field, value=p.start, vary=p.free, min=p.lo, max=p.hi)
-        return shown
+            parameters.add(field, value=p.start, vary=p.free, min=p.lo, max=p.hi)
+        return parameters

@@ -94,7 +94,7 @@ class SearchLog:
     def rename(self, phase: str) -> None:
         """Say more of what the phase does."""
         self._phase = phase
-        self.tell()
+        self.report_progress()
 
     def simulated(self, count: int) -> None:
         """Count simulations of one run."""
@@ -104,9 +104,9 @@ class SearchLog:
         """Keep a point if it is the best of its phase, and report."""
         if error < self.error:
             self.best, self.error = table.copy(), error
-        self.tell()
+        self.report_progress()
 
-    def tell(self) -> None:
+    def report_progress(self) -> None:
         """Report the progress."""
         if self.report:
             self.report(Progress(self._phase, self._number, self._phases, self.simulations, self.error))

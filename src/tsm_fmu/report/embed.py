@@ -41,7 +41,8 @@ class Plots:
         self._plots.append(plot)
         height = sum(panel.height for panel in plot.panels)
         return Markup(environment().get_template("plot.html").render(
-            number=len(self._plots) - 1, title=plot.title, legend=legend(plot.panels), height=height, said=_said(plot)
+            number=len(self._plots) - 1, title=plot.title, legend=legend(plot.panels), height=height,
+            said=_description(plot),
         ))  # fmt: skip
 
     def scripts(self) -> Markup:
@@ -78,7 +79,7 @@ def environment() -> Environment:
     return made
 
 
-def _said(plot: Plot) -> str:
+def _description(plot: Plot) -> str:
     """What a screen reader says of a plot."""
     parts = []
     for panel in plot.panels:

@@ -56,7 +56,7 @@ class TrackedRun:
     rmse: Mapping[str, float]
 
 
-def chosen_fields(
+def followed_fields(
     kernel: Kernel, runs: Sequence[FitRun], channels: Sequence[str], space: SearchSpace, candidates: Sequence[str]
 ) -> tuple[str, ...]:
     """Fields among ``candidates`` that single runs determine when they are fitted together.
@@ -70,14 +70,14 @@ def chosen_fields(
         If none is left.
     """
     places = sorted({round(x) for x in np.linspace(0, len(runs) - 1, PROBED)})
-    left = list(candidates)
-    while left:
-        found = [_fitted(kernel, runs[k], channels, space, left) for k in places]
-        unsure = {field: float(np.median([_relative(one, field) for one in found])) for field in left}
-        worst = max(left, key=lambda field: unsure[field])
+    remaining = list(candidates)
+    while remaining:
+        found = [_fitted(kernel, runs[k], channels, space, remaining) for k in places]
+        unsure = {field: float(np.median([_relative(one, field) for one in found])) for field in remaining}
+        worst = max(remaining, key=lambda field: unsure[field])
         if unsure[worst] <= KNOWN:
-            return tuple(left)
-        left.remove(worst)
+            return tuple(remaining)
+        remaining.remove(worst)
     names = ", ".join(v.name for v in kernel.parameters if v.field in candidates) or "(none)"
     raise InputError(
         f"{kernel.name}: single runs determine none of the parameters that the card says are known ({names}) -- "
@@ -91,7 +91,7 @@ def followed(
     channels: Sequence[str],
     space: SearchSpace,
     fields: Collection[str],
-    shown: Collection[str],
+    reported: Collection[str],
     progress: Callable[[str], None] | None = None,
 ) -> list[TrackedRun]:
     """Fit each run on its own.
@@ -105,7 +105,7 @@ def followed(
         The card's values, with what each run has of its own.
     fields : collection of str
         Shared fields that are free in each run.
-    shown : collection of str
+    reported : collection of str
         Fields whose values are returned: these, and offsets of the runs.
     progress : callable, optional
         Told the run that is being fitted.
@@ -115,7 +115,7 @@ def followed(
         if progress:
             progress(f"run {number} of {len(runs)}, {run.name}")
         one = _fitted(kernel, run, channels, space, fields)
-        values = {v.name: _value(one, v.field) for v in kernel.parameters if v.field in shown}
+        values = {v.name: _value(one, v.field) for v in kernel.parameters if v.field in reported}
         rmse = {channel: score.rmse for channel, score in one.measured.items()}
         found.append(TrackedRun(run.name, values, _errors_of_card(kernel, run, channels, space), rmse))
     return found

@@ -14,7 +14,7 @@ from ..checking.finding import Finding, shown
 from ..logs.proposal import Proposal, propose_mapping
 from ..logs.record import Record
 from ..report.text import text_table
-from .models import ModelLike, chosen_model
+from .models import ModelLike, resolve_model
 from .runs import ReadOptions, RunLike, records_of
 
 if TYPE_CHECKING:
@@ -140,7 +140,7 @@ def propose(run: str | os.PathLike[str], model: ModelLike) -> Proposal:
     InputError
         A file that cannot be read, or an unknown model.
     """
-    kernel = chosen_model(model).kernel
+    kernel = resolve_model(model).kernel
     return propose_mapping(Path(run).expanduser(), kernel.name, (*kernel.inputs, *kernel.outputs))
 
 

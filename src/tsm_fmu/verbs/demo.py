@@ -41,14 +41,14 @@ SETTLED = 2.0
 """Seconds at the start of a run that are not scored."""
 
 
-def run_demo(out: Path, said: Callable[[str], None] = lambda _: None) -> Path:
+def run_demo(out: Path, progress: Callable[[str], None] = lambda _: None) -> Path:
     """Run the demo and return the report's path.
 
     Parameters
     ----------
     out : Path
         Folder for FMUs, card, results and report.
-    said : callable
+    progress : callable
         Called with a line before each step.
 
     Raises
@@ -60,23 +60,23 @@ def run_demo(out: Path, said: Callable[[str], None] = lambda _: None) -> Path:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as failure:
         raise InputError(f"--out {out} -- expected a folder ({failure.strerror}) -- choose another") from None
-    said(f"building {len(MODELS)} FMUs")
+    progress(f"building {len(MODELS)} FMUs")
     fmus = {m.NAME: build_fmu(Kernel(m), out / "fmus") for m in MODELS}
-    said("co-simulating the loop of MSSP 2015 with and without compensation")
+    progress("co-simulating the loop of MSSP 2015 with and without compensation")
     cases = chosen(mssp_feedforward.cases(fmus), CASES)
     runs = run_cases(cases, record=mssp_feedforward.RECORD)
     metrics = statistics(cases, runs)
-    said(f"fitting {MODEL} to the sample log")
+    progress(f"fitting {MODEL} to the sample log")
     measured, holdout = (sample(name) for name in (MEASURED, HOLDOUT))
     fitted, card = _identified(measured, holdout)
     card_path = out / "card.toml"
     write_card(card_path, card)
-    said("exporting the fitted model as an FMU and replaying the log through it")
+    progress("exporting the fitted model as an FMU and replaying the log through it")
     model = card.kernel()
     starts = model.named(card.params())
     fmu = build_fmu(model, out / "fmus" / "FittedDrive.fmu", name="FittedDrive", start_values=starts)
     replays = {record.name: _replayed(fmu, card, fitted, record) for record in (measured, holdout)}
-    said("writing the report")
+    progress("writing the report")
     return _report(out, {**fmus, "FittedDrive": fmu}, runs, metrics, fitted, replays, [measured, holdout])
 
 
@@ -94,11 +94,11 @@ def _identified(measured: Record, holdout: Record) -> tuple[Fit, ModelCard]:
 
 def _replayed(fmu: Path, card: ModelCard, fitted: Fit, record: Record) -> dict[str, Any]:
     """The record through the FMU, beside the kernel and the best straight line."""
-    own = fitted.runs[record.name].values
-    run = replay(fmu, record, parameters=dict(own))
+    run_values = fitted.runs[record.name].values
+    run = replay(fmu, record, parameters=dict(run_values))
     model = card.kernel()
-    values = {**{name: p.value for name, p in card.parameters.items()}, **own}
-    alone = model.simulate(model.params(values=values), record.time, record.inputs_for(model))
+    values = {**{name: p.value for name, p in card.parameters.items()}, **run_values}
+    from_kernel = model.simulate(model.params(values=values), record.time, record.inputs_for(model))
     scored = record.time >= record.time[0] + SETTLED
     x, y = record.columns["x_in"][scored], record.columns[CHANNEL][scored]
     line = y - np.polyval(np.polyfit(x, y, 1), x)
@@ -109,7 +109,7 @@ def _replayed(fmu: Path, card: ModelCard, fitted: Fit, record: Record) -> dict[s
         "rmse": Metric(float(np.degrees(agreement(part.time, cut, part)[CHANNEL].rmse)), "deg"),
         "line": Metric(float(np.degrees(np.sqrt(np.mean(line**2)))), "deg"),
         "lost_motion": lambda angle: angle - values["c"] * record.columns["x_in"] - values["x_0"],
-        "from_kernel": float(np.max(np.abs(run.columns[CHANNEL] - alone[:, 0]))),
+        "from_kernel": float(np.max(np.abs(run.columns[CHANNEL] - from_kernel[:, 0]))),
     }
 
 
@@ -148,11 +148,14 @@ def _report(
 
 def _replay_section(record: Record, found: Mapping[str, Any], role: str) -> Section:
     x, y, simulated = record.columns["x_in"], record.columns[CHANNEL], found["run"].columns[CHANNEL]
-    shown = record.time >= record.time[0] + SETTLED
+    after_transient = record.time >= record.time[0] + SETTLED
 
     def loop(title: str, label: str, part: Callable[[Any], Any]) -> Any:
-        drawn = [("measured", y, True), ("FMU", simulated, False)]
-        lines = [Line(n, np.degrees(x[shown]), np.degrees(part(angle)[shown]), dashed) for n, angle, dashed in drawn]
+        sides = [("measured", y, True), ("FMU", simulated, False)]
+        lines = [
+            Line(n, np.degrees(x[after_transient]), np.degrees(part(angle)[after_transient]), dashed)
+            for n, angle, dashed in sides
+        ]
         return loop_figure(lines, title, "x_in [deg]", label)
 
     history = [
@@ -191,9 +194,18 @@ def _loop_section(runs: Mapping[str, Trajectory], metrics: Mapping[str, CaseMetr
     rows = []
     for name in CASES:
         variant = name.partition(".")[2]
-        own, form = metrics[name].tracked(), forms.get(variant)
+        tracked, form = metrics[name].tracked(), forms.get(variant)
         paper = (MSSP_WIDTH_DEG if variant == "uncompensated" else MSSP_RESIDUAL_DEG)["periodic"]
-        rows.append((variant, own.peak_to_peak, own.mean, own.std, None if form is None else form.value, paper))
+        rows.append(
+            (
+                variant,
+                tracked.peak_to_peak,
+                tracked.mean,
+                tracked.std,
+                None if form is None else form.value,
+                paper,
+            )
+        )
     heading = ("case", "peak to peak [deg]", "mean [deg]", "std [deg]", "closed form [deg]", "paper [deg]")
     text = (
         "Reference, compensator, PID controller, DC motor, paired tendon-sheath drive (backlash and friction) and "

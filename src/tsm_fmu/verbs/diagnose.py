@@ -12,7 +12,7 @@ from ..diagnosis.result import Diagnosis
 from ..diagnosis.workflow import diagnose as find
 from ..logs.record import cutoff_note
 from ..models.contract import InputError
-from .models import ModelLike, chosen_model
+from .models import ModelLike, resolve_model
 from .runs import RunLike, grouped
 
 
@@ -65,19 +65,19 @@ def diagnose(
     InputError
         Unknown names, values out of bounds, runs that cannot be read or do not fit the model.
     """
-    chosen = chosen_model(model)
+    resolved = resolve_model(model)
     folder = None if out is None else Path(out)
     if folder is not None and folder.exists() and not folder.is_dir():
         raise InputError(f"--out {folder} -- expected a folder, this is a file -- choose another name")
-    start = {**chosen.values, **(values or {})}
-    chosen.kernel.params(chosen.preset or None, start)
+    start = {**resolved.values, **(values or {})}
+    resolved.kernel.params(resolved.preset or None, start)
     measured, references, held_out = grouped(runs, reference, holdout)
     records = [*measured, *references, *held_out]
     found = find(
-        chosen.kernel, measured, values=start, preset=chosen.preset or None, fixed=chosen.fixed,
+        resolved.kernel, measured, values=start, preset=resolved.preset or None, fixed=resolved.fixed,
         reference=references, holdout=held_out, cutoff=cutoff, seed=seed, drive=drive, progress=progress,
     )  # fmt: skip
-    unused = cutoff_note(cutoff, records, [v.name for v in chosen.kernel.inputs])
+    unused = cutoff_note(cutoff, records, [v.name for v in resolved.kernel.inputs])
     found = replace(found, notes=(*found.notes, *(note.rstrip(".") for note in unused)))
     if folder is not None:
         progress("card, FMU, report")

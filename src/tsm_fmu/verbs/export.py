@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from ..fmu.build import build_fmu
-from .models import ModelLike, chosen_model
+from .models import ModelLike, resolve_model
 
 
 def export(model: ModelLike, path: str | os.PathLike[str], *, flavour: str = "native", fmi: int = 2) -> Path:
@@ -34,7 +34,7 @@ def export(model: ModelLike, path: str | os.PathLike[str], *, flavour: str = "na
         An unknown flavour or version, a card that cannot be read, a value out of bounds, or a file that cannot be
         written.
     """
-    chosen = chosen_model(model)
+    resolved = resolve_model(model)
     return build_fmu(
-        chosen.kernel, Path(path), start_values=chosen.kernel.named(chosen.params()), flavour=flavour, fmi=fmi
+        resolved.kernel, Path(path), start_values=resolved.kernel.named(resolved.params()), flavour=flavour, fmi=fmi
     )

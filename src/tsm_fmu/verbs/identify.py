@@ -20,7 +20,7 @@ from ..regression.problem import FitRun
 from ..regression.solver import Report
 from ..regression.specification import fit_run, measured_channels, per_run_fields, search_space
 from ..report.text import text_table
-from .models import ModelLike, chosen_model
+from .models import ModelLike, resolve_model
 from .runs import RunLike, grouped
 
 if TYPE_CHECKING:
@@ -208,11 +208,11 @@ def identify(
     InputError
         Unknown names, values out of bounds, runs that cannot be read or do not fit the model.
     """
-    chosen = chosen_model(model)
-    extended = with_nuisance(chosen.kernel, chosen.effects, nuisance)
+    resolved = resolve_model(model)
+    extended = with_nuisance(resolved.kernel, resolved.effects, nuisance)
     kernel = extended.kernel
     per_run = per_run_fields(kernel, shared, extended.per_run)
-    space = search_space(kernel, chosen.preset or None, values, [*fixed, *extended.fixed], chosen.card, per_run)
+    space = search_space(kernel, resolved.preset or None, values, [*fixed, *extended.fixed], resolved.card, per_run)
     measured, held_out = grouped(runs, holdout)
     records = [*measured, *held_out]
     channels = measured_channels(kernel, records)
@@ -233,7 +233,7 @@ def identify(
     derived = dict.fromkeys(note for run in fit_runs for note in run.derived)
     return IdentifyResult(
         found,
-        model_card(found, chosen.preset, measured, held_out, extended.effects),
+        model_card(found, resolved.preset, measured, held_out, extended.effects),
         tuple(records),
         tuple(fit_runs),
         (*derived, *cutoff_note(cutoff, records, inputs), *_per_run_notes(found)),

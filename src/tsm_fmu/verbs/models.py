@@ -27,7 +27,7 @@ ModelLike = str | os.PathLike[str] | ModelCard | Kernel | HasCard
 
 
 @dataclass(frozen=True)
-class ChosenModel:
+class ResolvedModel:
     """A model with its effects, the preset it starts from, and the card it was read from, if any."""
 
     kernel: Kernel
@@ -53,7 +53,7 @@ class ChosenModel:
         return self.kernel.params(values={**self.kernel.named(shared), **(values or {})})
 
 
-def chosen_model(model: ModelLike) -> ChosenModel:
+def resolve_model(model: ModelLike) -> ResolvedModel:
     """Read a model in any of the forms of `ModelLike`; a text or path that ends in ``.toml`` is a card.
 
     Raises
@@ -62,16 +62,16 @@ def chosen_model(model: ModelLike) -> ChosenModel:
         Unknown model, preset or effect, or a card that cannot be read.
     """
     if isinstance(model, Kernel):
-        return ChosenModel(model, next(iter(model.presets), ""), None, tuple(getattr(model.module, "EFFECTS", ())))
+        return ResolvedModel(model, next(iter(model.presets), ""), None, tuple(getattr(model.module, "EFFECTS", ())))
     if isinstance(model, HasCard):
         if model.card is None:
             raise InputError(f"{type(model).__name__} without a model -- expected one -- look at its answer")
         model = model.card
     if isinstance(model, ModelCard):
-        return ChosenModel(model.kernel(), model.preset, model, model.effects)
+        return ResolvedModel(model.kernel(), model.preset, model, model.effects)
     text = os.fspath(model)
     if text.endswith(".toml") or Path(text).is_file():
-        return chosen_model(read_card(text))
+        return resolve_model(read_card(text))
     base, *effects = text.split("+")
     name, colon, preset = base.partition(":")
     found = chain(name, tuple(effects)) if effects else kernel(name)
@@ -80,4 +80,4 @@ def chosen_model(model: ModelLike) -> ChosenModel:
             f"preset {preset!r} of {name} -- expected one of {', '.join(found.presets) or '(none)'} "
             "-- see 'tsm-fmu list'"
         )
-    return ChosenModel(found, preset or next(iter(found.presets), ""), None, tuple(effects))
+    return ResolvedModel(found, preset or next(iter(found.presets), ""), None, tuple(effects))

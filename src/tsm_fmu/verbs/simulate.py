@@ -19,7 +19,7 @@ from ..logs.record import Record, cutoff_note, kernel_inputs
 from ..models.contract import InputError
 from ..report.text import text_table
 from . import TIME_LIMIT
-from .models import ModelLike, chosen_model
+from .models import ModelLike, resolve_model
 from .runs import RunLike, records_of
 
 if TYPE_CHECKING:
@@ -167,8 +167,8 @@ def _model_run(what: ModelLike, record: Record, values: Mapping[str, Any], cutof
                 f"{text!r} -- expected a file that ends in .fmu or .toml, or MODEL[:PRESET][+EFFECT...] "
                 "-- correct the name"
             )
-    chosen = chosen_model(what)
-    model, p = chosen.kernel, chosen.params(values, record.name)
+    resolved = resolve_model(what)
+    model, p = resolved.kernel, resolved.params(values, record.name)
     units = {v.name: v.quantity.unit for v in model.outputs}
     check_measured(record, units)
     inputs = kernel_inputs(record, model, cutoff)

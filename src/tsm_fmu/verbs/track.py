@@ -15,9 +15,9 @@ from ..logs.record import cutoff_note
 from ..models.contract import InputError
 from ..regression.specification import fit_run, measured_channels, per_run_fields, search_space
 from ..report.text import text_table
-from ..tracking.follow import TrackedRun, chosen_fields, followed
+from ..tracking.follow import TrackedRun, followed, followed_fields
 from ..tracking.life import Series, check_count, series_of
-from .models import ChosenModel, ModelLike, chosen_model
+from .models import ModelLike, ResolvedModel, resolve_model
 from .runs import RunLike, records_of
 
 if TYPE_CHECKING:
@@ -111,11 +111,11 @@ class TrackResult:
         """
         from ..tracking.page import life_figure
 
-        chosen = [one for one in self.series if name in (None, one.name)]
-        if not chosen:
+        selected = [one for one in self.series if name in (None, one.name)]
+        if not selected:
             known = ", ".join(one.name for one in self.series)
             raise InputError(f"series {name!r} -- expected one of {known} -- correct the name")
-        return life_figure(chosen, self.runs, f"{self.model} over {len(self.runs)} runs")
+        return life_figure(selected, self.runs, f"{self.model} over {len(self.runs)} runs")
 
     def as_json(self) -> dict[str, Any]:
         """The JSON contract of ``track``."""
@@ -152,9 +152,9 @@ class TrackResult:
             raise InputError(
                 f"--out {place} -- expected a folder that can be written ({failure.strerror}) -- choose another"
             ) from failure
-        given = {f"run {k}, {name}": f"SHA-256 {sha}" for k, (name, sha) in enumerate(self.sources.items(), 1) if sha}
+        sources = {f"run {k}, {name}": f"SHA-256 {sha}" for k, (name, sha) in enumerate(self.sources.items(), 1) if sha}
         title = f"{self.model} over {len(self.runs)} runs"
-        write_life(place / "report.html", title, self.series, self.runs, self.answer, given)
+        write_life(place / "report.html", title, self.series, self.runs, self.answer, sources)
         return place
 
     def _repr_html_(self) -> str:
@@ -205,33 +205,34 @@ def track(
     InputError
         No card, unknown parameters, fewer than five runs, runs that cannot be read or do not fit the model.
     """
-    chosen = chosen_model(card)
-    if chosen.card is None:
+    resolved = resolve_model(card)
+    if resolved.card is None:
         raise InputError(
-            f"model {chosen.kernel.name} without a card -- expected a fitted model -- write one with 'tsm-fmu identify'"
+            f"model {resolved.kernel.name} without a card -- expected a fitted model "
+            "-- write one with 'tsm-fmu identify'"
         )
     if out is not None:
         check_folder(Path(out))
-    kernel = chosen.kernel
+    kernel = resolved.kernel
     per_run = per_run_fields(kernel)
-    wanted = _wanted(chosen, free, per_run)
+    followed_names = _followed(resolved, free, per_run)
     records = records_of(runs)
     check_count(len(records))
     channels = measured_channels(kernel, records)
     fit_runs = [fit_run(kernel, record, channels, cutoff) for record in records]
-    released = _released(chosen, free)
-    space = search_space(kernel, chosen.preset or None, card=released, per_run=per_run)
-    fields = tuple(wanted) if free else chosen_fields(kernel, fit_runs, channels, space, wanted)
+    released = _released(resolved, free)
+    space = search_space(kernel, resolved.preset or None, card=released, per_run=per_run)
+    fields = tuple(followed_names) if free else followed_fields(kernel, fit_runs, channels, space, followed_names)
     offsets = [v.field for v in kernel.parameters if v.name in kernel.roles.offsets and space[v.field].free]
     found = followed(kernel, fit_runs, channels, space, fields, [*fields, *offsets], progress)
     tracked = tuple(v.name for v in kernel.parameters if v.field in fields)
     units = {v.name: v.quantity.unit for v in kernel.outputs if v.name in channels}
     notes = dict.fromkeys(note for run in fit_runs for note in run.derived)
     result = TrackResult(
-        "+".join((kernel.name, *chosen.effects)),
+        "+".join((kernel.name, *resolved.effects)),
         tracked,
         tuple(found),
-        series_of(kernel, chosen.effects, tracked, found, units),
+        series_of(kernel, resolved.effects, tracked, found, units),
         {record.name: record.sha256 for record in records},
         (*notes, *cutoff_note(cutoff, records, [v.name for v in kernel.inputs])),
     )
@@ -240,23 +241,23 @@ def track(
     return result
 
 
-def _wanted(chosen: ChosenModel, free: Sequence[str], per_run: Sequence[str]) -> list[str]:
+def _followed(resolved: ResolvedModel, free: Sequence[str], per_run: Sequence[str]) -> list[str]:
     """Fields asked for, or those that the card says are known."""
-    assert chosen.card is not None
-    follows = {v.name: v.field for v in chosen.kernel.parameters if v.kind is float and v.field not in per_run}
+    assert resolved.card is not None
+    follows = {v.name: v.field for v in resolved.kernel.parameters if v.kind is float and v.field not in per_run}
     for name in free:
         if name not in follows:
             raise InputError(
-                f"--free {name} of {chosen.kernel.name} -- expected one of {', '.join(follows)} -- correct the name"
+                f"--free {name} of {resolved.kernel.name} -- expected one of {', '.join(follows)} -- correct the name"
             )
-    known = [name for name, p in chosen.card.parameters.items() if p.stderr is not None and not p.fixed]
+    known = [name for name, p in resolved.card.parameters.items() if p.stderr is not None and not p.fixed]
     return [field for name, field in follows.items() if name in (free or known)]
 
 
-def _released(chosen: ChosenModel, free: Sequence[str]) -> Any:
+def _released(resolved: ResolvedModel, free: Sequence[str]) -> Any:
     """The card with what is asked for no longer fixed."""
     from dataclasses import replace
 
-    assert chosen.card is not None
-    parameters = {name: replace(p, fixed=False) if name in free else p for name, p in chosen.card.parameters.items()}
-    return replace(chosen.card, parameters=parameters)
+    assert resolved.card is not None
+    parameters = {name: replace(p, fixed=False) if name in free else p for name, p in resolved.card.parameters.items()}
+    return replace(resolved.card, parameters=parameters)

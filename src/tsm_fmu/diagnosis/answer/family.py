@@ -31,7 +31,7 @@ def family_evidence(fitted: Fitted, runs: Sequence[FitRun]) -> tuple[FamilyShare
     problem, places = whole.problem, places_of(whole)
     channels = len(problem.channels)
     moves = output_jacobian(problem, whole.table, np.ones(channels))
-    moves = moves.reshape(-1, channels, moves.shape[1])
+    moves = moves.reshape(moves.shape[0] // channels, channels, moves.shape[1])  # no column where all is fixed
     found = []
     for c, channel in enumerate(problem.channels):
         residuals = [r[:, c] for r in whole.residuals]

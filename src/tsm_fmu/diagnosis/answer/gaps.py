@@ -31,7 +31,7 @@ class Errors:
     holdout: tuple[FloatArray, ...]
 
     @property
-    def judged(self) -> tuple[FloatArray, ...]:
+    def validation(self) -> tuple[FloatArray, ...]:
         """On held-out runs, if there are any."""
         return self.holdout or self.measured
 
@@ -71,18 +71,18 @@ def gaps(
     start, found = (refitted if with_effects else given), {}
     stages = [(e.rms, e.rms_holdout) for e in (given, refitted, final)]
     for c, channel in enumerate(channels):
-        (before, out_before), (alone, out_alone), (after, out_after) = (
+        (before, out_before), (by_refit, out_by_refit), (after, out_after) = (
             (float(m[c]), None if h is None else float(h[c])) for m, h in stages
         )
         reference = None if floors.reference is None else float(floors.reference[c])
         # thinned runs gave the floors; of all samples noise is no more than what a fit leaves of them
-        most = min(alone, after) if reference is None else np.inf
+        most = min(by_refit, after) if reference is None else np.inf
         floor, least = min(float(floors.noise[c]), most), min(float(floors.least[c]), most)
-        one, two = ([r[:, c] for r in e.judged] for e in (start, final))
+        one, two = ([r[:, c] for r in e.validation] for e in (start, final))
         found[channel] = Gap(
             unit=units[c], before=before, after=after, holdout_before=out_before, holdout_after=out_after,
             floor=floor, floor_least=least, closure=_closure(one, two, floor), closure_least=_closure(one, two, least),
-            closure_interval=_interval(one, two, floor), refitted=alone, holdout_refitted=out_alone,
+            closure_interval=_interval(one, two, floor), refitted=by_refit, holdout_refitted=out_by_refit,
             threshold=float(threshold[c]), reference=reference,
         )  # fmt: skip
     return found
@@ -117,7 +117,7 @@ def _interval(before: Sequence[FloatArray], after: Sequence[FloatArray], floor: 
         return None
     rng = np.random.default_rng(0)
     sums = np.array([[np.sum(a**2), np.sum(b**2), a.size] for a, b in zip(before, after, strict=True)])
-    drawn = sums[rng.integers(0, len(before), (RESAMPLES, len(before)))].sum(axis=1)
-    gap, rest = drawn[:, 0] / drawn[:, 2] - floor**2, drawn[:, 1] / drawn[:, 2] - floor**2
-    low, high = np.quantile(1.0 - rest[gap > 0.0] / gap[gap > 0.0], [0.05, 0.95])
+    resampled = sums[rng.integers(0, len(before), (RESAMPLES, len(before)))].sum(axis=1)
+    gap, remaining = resampled[:, 0] / resampled[:, 2] - floor**2, resampled[:, 1] / resampled[:, 2] - floor**2
+    low, high = np.quantile(1.0 - remaining[gap > 0.0] / gap[gap > 0.0], [0.05, 0.95])
     return float(low), float(high)

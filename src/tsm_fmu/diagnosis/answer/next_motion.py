@@ -72,23 +72,23 @@ def menu(fitted: Fitted) -> list[tuple[str, FloatArray, FloatArray]]:
     motion, load = model.motion, model.roles.load
     names = [v.name for v in problem.kernel.inputs]
     drives = fitted.task.drives
-    said = [("load", load), *((d.column, d.column) for d in drives if d.role == "load")]
-    said += [("sheath angle", d.column) for d in drives if d.role == "bend"]
-    beside = {word: names.index(n) for word, n in said if n in names}
+    loads = [("load", load), *((d.column, d.column) for d in drives if d.role == "load")]
+    loads += [("sheath angle", d.column) for d in drives if d.role == "bend"]
+    secondary = {word: names.index(n) for word, n in loads if n in names}
     places_as = [motion, *(d.column for d in drives if d.role == "position")]
     found = []
     for name, shape in shapes.items():
-        for swept in ("", *beside):
+        for swept in ("", *secondary):
             inputs = np.tile(np.mean([r.inputs.mean(axis=0) for r in problem.runs], axis=0), (t.size, 1))
             position = playable(centre + half * np.clip(shape, -1.0, 1.0), t, fastest)
             for channel in places_as:
                 _put(inputs, names, channel, position, t)
             if swept:
-                column = beside[swept]
+                column = secondary[swept]
                 values = np.concatenate([r.inputs[:, column] for r in problem.runs])
                 middle, width = 0.5 * (values.max() + values.min()), 0.5 * np.ptp(values)
                 inputs[:, column] = middle + (width or 0.5 * abs(middle)) * np.sin(2.0 * np.pi * 0.13 * t)
-            label = ", ".join([name, *(f"{word} {'swept' if word == swept else 'constant'}" for word in beside)])
+            label = ", ".join([name, *(f"{word} {'swept' if word == swept else 'constant'}" for word in secondary)])
             found.append((label, t, np.ascontiguousarray(inputs)))
     return found
 

@@ -28,8 +28,8 @@ def returned_share(fitted: Fitted) -> float | None:
     taken = net = 0.0
     for k, (run, place) in enumerate(zip(problem.runs, places_of(fitted), strict=True)):
         row = fitted.table[k]
-        own = model_part(problem.kernel, problem.params(row), run.inputs, problem.every_output(k, row))
-        friction = np.broadcast_to(port.read(own.parameters, own.inputs, own.outputs), run.time.shape)
+        part = model_part(problem.kernel, problem.params(row), run.inputs, problem.every_output(k, row))
+        friction = np.broadcast_to(port.read(part.parameters, part.inputs, part.outputs), run.time.shape)
         work = 0.5 * (friction[1:] + friction[:-1]) * np.diff(place.x)
         taken += float(np.sum(np.maximum(work, 0.0)))
         net += float(np.sum(work))

@@ -9,11 +9,11 @@ import numpy as np
 from ...effects import FAMILIES, words
 from ...logs.display import Display, display
 from ...models.contract import with_unit
-from ..criteria import ABOVE_FLOOR_RATIO, CHANGED_SHARE, SURE_FLOOR_SHARE, TELLING_SHARE
+from ..criteria import ABOVE_FLOOR_RATIO, CHANGED_SHARE, NOTABLE_SHARE, SURE_FLOOR_SHARE
 from ..evidence import Candidate, Gap, ParameterChange, Place
 from ..result import Diagnosis
 
-APART = 0.01
+DISTINCT_SHARE = 0.01
 """Ends of a range that differ by less than this part of the larger are one value."""
 OVER = {"x": "position", "v": "speed", "a": "acceleration", "sgn v": "the direction of motion", "dwell": "rests"}
 """Coordinates in words."""
@@ -76,25 +76,27 @@ def _laws_text(found: Diagnosis) -> str:
 def _family_text(found: Diagnosis, channel: str) -> str:
     """Of what the missing law is, where it has no name."""
     shares = {e.family: e.share for e in found.family_evidence if e.channel == channel}
-    said = [f"{FAMILIES[f]} (such laws predict {_percent(shares[f])} of it)" for f in found.family if f in shares]
-    return f" What is missing is {' and '.join(said)}." if said else ""
+    families_named = [
+        f"{FAMILIES[f]} (such laws predict {_percent(shares[f])} of it)" for f in found.family if f in shares
+    ]
+    return f" What is missing is {' and '.join(families_named)}." if families_named else ""
 
 
 def _remains(found: Diagnosis, channel: str) -> str:
     """What is left where no effect is named, and how much of an effect these runs would have shown."""
     gap = found.gap[channel]
-    place = max((p for p in found.where if _telling(p, channel)), key=lambda p: p.rms, default=None)
+    place = max((p for p in found.where if _notable(p, channel)), key=lambda p: p.rms, default=None)
     untested = len(found.not_excited)
-    rest = f"; {untested} effects are not testable here" if untested else ""
+    untestable = f"; {untested} effects are not testable here" if untested else ""
     if place is None:
         error = gap.after if gap.holdout_after is None else gap.holdout_after
         above = error > ABOVE_FLOOR_RATIO * gap.floor
-        return ("what is left depends on nothing in the motion" if above else "no gap above the floor") + rest
-    shown = display(gap.unit, place.rms)
+        return ("what is left depends on nothing in the motion" if above else "no gap above the floor") + untestable
+    in_unit = display(gap.unit, place.rms)
     over = OVER.get(place.coordinate, place.coordinate)
-    below = f"below the threshold of {shown(gap.threshold, 2)}"
+    below = f"below the threshold of {in_unit(gap.threshold, 2)}"
     limit = below if place.rms < gap.threshold else "of which no effect explains enough"
-    return f"a repeatable residual of {shown(place.rms, 2)} (RMS) over {over} remains, {limit}{rest}"
+    return f"a repeatable residual of {in_unit(place.rms, 2)} (RMS) over {over} remains, {limit}{untestable}"
 
 
 def _nuisances_text(found: Diagnosis) -> str:
@@ -123,30 +125,30 @@ def leading_channel(found: Diagnosis) -> str | None:
 
 def leading_place(found: Diagnosis, channel: str) -> Place | None:
     """The significant place of a channel that holds most of the disagreement beyond chance; a band if no other."""
-    telling = [p for p in found.where if _telling(p, channel, bands=True)]
-    return max(telling, key=lambda p: (p.coordinate != "frequency", p.share_of_gap - p.share_of_samples), default=None)
+    notable = [p for p in found.where if _notable(p, channel, bands=True)]
+    return max(notable, key=lambda p: (p.coordinate != "frequency", p.share_of_gap - p.share_of_samples), default=None)
 
 
-def _telling(p: Place, channel: str, *, bands: bool = False) -> bool:
-    known = p.channel == channel and p.significant and p.explained - p.chance > TELLING_SHARE
+def _notable(p: Place, channel: str, *, bands: bool = False) -> bool:
+    known = p.channel == channel and p.significant and p.explained - p.chance > NOTABLE_SHARE
     return known and (bands or p.unit != "Hz")
 
 
 def errors_text(channel: str, g: Gap) -> str:
     """Error before and after, with the floor, on held-out runs where there are any."""
-    held = g.holdout_before is not None and g.holdout_after is not None
-    before, after = (g.holdout_before, g.holdout_after) if held else (g.before, g.after)
-    refitted = g.holdout_refitted if held else g.refitted
+    on_holdout = g.holdout_before is not None and g.holdout_after is not None
+    before, after = (g.holdout_before, g.holdout_after) if on_holdout else (g.before, g.after)
+    refitted = g.holdout_refitted if on_holdout else g.refitted
     before, after, refitted = before or 0.0, after or 0.0, refitted or 0.0
     unit = display(g.unit, max(before, g.floor))
-    one, two, alone = (unit(x).removesuffix(f" {unit.unit}") for x in (before, after, refitted))
-    apart = abs(refitted - before) > CHANGED_SHARE * refitted < abs(refitted - after)
-    alone = f" ({alone} by a refit alone)" if apart else ""
+    one, two, by_refit = (unit(x).removesuffix(f" {unit.unit}") for x in (before, after, refitted))
+    distinct = abs(refitted - before) > CHANGED_SHARE * refitted < abs(refitted - after)
+    by_refit = f" ({by_refit} by a refit alone)" if distinct else ""
     way = one if one == two else f"{one} -> {two}"
     floor = unit(g.floor)
     if g.floor_least < SURE_FLOOR_SHARE * g.floor:
         floor = f"{unit(g.floor_least).removesuffix(f' {unit.unit}')} to {floor}"
-    return f"{'held-out ' if held else ''}error of {channel} {way} {unit.unit}{alone}, floor {floor}"
+    return f"{'held-out ' if on_holdout else ''}error of {channel} {way} {unit.unit}{by_refit}, floor {floor}"
 
 
 def closure_text(g: Gap) -> str:
@@ -202,10 +204,10 @@ def range_text(p: Place) -> tuple[str, str]:
     """Both ends of a place's range, to a hundredth of the larger one, or as fine as it takes to tell them apart."""
     unit = display(p.unit, max(abs(p.range[0]), abs(p.range[1])))
     ends = [v * unit.factor for v in p.range]
-    largest, apart = max(*map(abs, ends), 1e-300), abs(ends[1] - ends[0])
+    largest, distinct = max(*map(abs, ends), 1e-300), abs(ends[1] - ends[0])
     step = 10.0 ** (np.floor(np.log10(largest)) - 1)
-    if apart > APART * largest:
-        step = min(step, 10.0 ** np.floor(np.log10(apart)))
+    if distinct > DISTINCT_SHARE * largest:
+        step = min(step, 10.0 ** np.floor(np.log10(distinct)))
     low, high = (Display(unit.unit, 1.0)(round(v / step) * step + 0.0) for v in ends)
     return low, high
 

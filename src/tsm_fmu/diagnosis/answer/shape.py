@@ -28,15 +28,15 @@ def with_position_law(
         Of the intervals.
     """
     units = coordinate_units(fitted.problem.kernel)
-    shown = []
+    completed = []
     for one in found:
-        drawn = any(d.coordinate == "x" for d in one.dependences)
-        if one.channel == channel and not drawn:
+        has_position = any(d.coordinate == "x" for d in one.dependences)
+        if one.channel == channel and not has_position:
             parts = [r[:, fitted.problem.channels.index(channel)] for r in fitted.residuals]
             law = dependence(parts, places_of(fitted), "x", *units, seed)
             one = replace(one, dependences=(*law, *one.dependences))
-        shown.append(one)
-    return tuple(shown)
+        completed.append(one)
+    return tuple(completed)
 
 
 def located(fitted: Fitted, seed: int, *, formulas: bool) -> tuple[tuple[Place, ...], tuple[ResidualShape, ...]]:

@@ -64,8 +64,8 @@ def verdict_of(
         Given what is being done.
     """
     if floors.unexplained.any():
-        shown = set(tested) - set(hidden)
-        return Verdict("unknown" if shown or not tested else "not_excited", baselines.refitted.fitted)
+        testable = set(tested) - set(hidden)
+        return Verdict("unknown" if testable or not tested else "not_excited", baselines.refitted.fitted)
     winner, levels = choice.winner, baselines.levels
     final = _without_idle_nuisances(winner, holdout, progress)
     if not winner.effects and not levels:
@@ -74,11 +74,11 @@ def verdict_of(
         final = with_levels(final, levels)
     sets = [tuple(dict.fromkeys(id_of(spec) for spec in h.effects)) for h in choice.supported]
     common = [e for e in sets[0] if all(e in ids for ids in sets)]
-    rest = tuple(dict.fromkeys(e for ids in sets for e in ids if e not in common))
+    alternatives = tuple(dict.fromkeys(e for ids in sets for e in ids if e not in common))
     common += [id_of(one.spec) for one in levels]
     named = tuple(s for s in (*winner.effects, *(one.spec for one in levels)) if id_of(s) in common)
     notes = (*sign_notes(final), *_unexplained_notes(floors, final.problem.channels))
-    return Verdict("named" if named else "ambiguous", final, named, rest, notes)
+    return Verdict("named" if named else "ambiguous", final, named, alternatives, notes)
 
 
 def _without_effect(baselines: Baselines, winner: Hypothesis, final: Fitted) -> Verdict:

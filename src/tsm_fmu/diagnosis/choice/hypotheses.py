@@ -109,10 +109,10 @@ class Hypothesis:
         """Nuisance effects that remove as much as a missing effect: how much, and the fit without each."""
         if self.nuisance_tests is not None:
             return self.nuisance_tests()
-        asked = [
+        to_test = [
             s for s in self.fitted.effects if s in self.nuisances and s not in (*self.added, *self.form_corrections)
         ]
-        return significant_nuisances(self.fitted, asked, self.nuisances)
+        return significant_nuisances(self.fitted, to_test, self.nuisances)
 
     @property
     def _significant(self) -> dict[str, tuple[float, Fitted]]:
@@ -156,12 +156,18 @@ def hypothesis(
     reference_gain: FloatArray | float = 0.0,
 ) -> Hypothesis:  # fmt: skip
     """A fit with what it leaves on the measured and the held-out runs."""
-    held, effective = None, np.ones(fitted.rmse.size)
+    holdout_mean_square, effective = None, np.ones(fitted.rmse.size)
     if holdout:
         residuals = fitted.held_out_errors(holdout)
-        held, effective = rms(residuals) ** 2 + reference_gain, effective_samples(residuals)
+        holdout_mean_square, effective = rms(residuals) ** 2 + reference_gain, effective_samples(residuals)
     return Hypothesis(
-        tuple(added), fitted, tuple(nuisances), fitted.rmse**2 + reference_gain, held, fitted.effective, effective
+        tuple(added),
+        fitted,
+        tuple(nuisances),
+        fitted.rmse**2 + reference_gain,
+        holdout_mean_square,
+        fitted.effective,
+        effective,
     )
 
 
@@ -188,10 +194,10 @@ def probe(base: Fitted, screened: Sequence[Screened], nuisances: Sequence[str]) 
 
     def one(s: Screened) -> Screened:
         try:
-            left = refit_with(small, s, nuisances, starts=1, steps=PROBE_STEPS).rmse
+            rmse_after = refit_with(small, s, nuisances, starts=1, steps=PROBE_STEPS).rmse
         except InputError:
             return s  # the values of the linear step are not allowed in the chain
-        return replace(s, gain=max(s.gain, float(np.sum(2.0 * np.log(small.rmse / np.maximum(left, 1e-300))))))
+        return replace(s, gain=max(s.gain, float(np.sum(2.0 * np.log(small.rmse / np.maximum(rmse_after, 1e-300))))))
 
     return sorted(together(one, screened[:PROBED_CANDIDATES]), key=lambda s: -s.gain)
 
@@ -228,22 +234,22 @@ def refit_candidates(
 
     def refitted(one: tuple[Screened, Fitted]) -> Hypothesis:
         s, fitted = one
-        contends = _left(fitted) <= least + np.log(CONTENDING_RATIO)
+        contends = _log_mean_square(fitted) <= least + np.log(CONTENDING_RATIO)
         if contends:
             second = (starts or {}).get(s.attached.spec)
             fitted = refit_with(base.fitted, s, base.nuisances, second, begun=fitted)
         gain = base.reference_gain
         if reference_fit is not None:
-            there = (refit_with if contends else begun_with)(reference_fit, s, base.nuisances)
-            gain = gain + np.maximum(reference_fit.rmse**2 - there.rmse**2, 0.0)
+            on_reference = (refit_with if contends else begun_with)(reference_fit, s, base.nuisances)
+            gain = gain + np.maximum(reference_fit.rmse**2 - on_reference.rmse**2, 0.0)
         return hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain)
 
     tried = [one for one in together(begun, shortlist(screened, most)) if one is not None]
-    least = min((_left(fitted) for _, fitted in tried), default=0.0)
+    least = min((_log_mean_square(fitted) for _, fitted in tried), default=0.0)
     return together(refitted, tried)
 
 
-def _left(fitted: Fitted) -> float:
+def _log_mean_square(fitted: Fitted) -> float:
     """Log of the mean squares that a fit leaves, over the spread."""
     return float(np.sum(np.log((fitted.rmse / fitted.spread) ** 2 + FIT_SPREAD_SHARE**2)))
 
@@ -256,7 +262,7 @@ def refit_rivals(hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) ->
     """
     best = min(hypotheses, key=lambda h: h.fitted.cost)
 
-    def again(one: Hypothesis) -> Hypothesis:
+    def refitted_again(one: Hypothesis) -> Hypothesis:
         if one is best or one.fitted.cost > RIVAL_COST_RATIO * best.fitted.cost:
             return one
         names = {n for spec in one.added for n in one.parameters_of(spec)}
@@ -271,7 +277,7 @@ def refit_rivals(hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) ->
             return one
         return with_fit(one, fitted, holdout)
 
-    return together(again, hypotheses)
+    return together(refitted_again, hypotheses)
 
 
 def find_significant_nuisances(hypotheses: Sequence[Hypothesis]) -> None:

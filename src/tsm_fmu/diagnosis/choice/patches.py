@@ -36,43 +36,43 @@ def without_patches(
     """
     found: list[Hypothesis] = []
     for one in choice.supported:
-        worth = {spec: _worth(one, spec, hypotheses, open_) for spec in one.effects}
-        strongest = max(worth, key=lambda spec: worth[spec])
+        ratio = {spec: _removed_ratio(one, spec, hypotheses, open_) for spec in one.effects}
+        strongest = max(ratio, key=lambda spec: ratio[spec])
         least = dict.fromkeys(one.effects, FURTHER_RATIO) | {strongest: STRONGEST_RATIO}
-        kept = [spec for spec in one.effects if worth[spec] >= least[spec]]
-        fewer = one if len(kept) == len(one.effects) else _only(one, kept, hypotheses, holdout)
+        kept = [spec for spec in one.effects if ratio[spec] >= least[spec]]
+        fewer = one if len(kept) == len(one.effects) else _restricted_to(one, kept, hypotheses, holdout)
         if fewer.effects and all(set(fewer.effects) != set(other.effects) for other in found):
             found.append(fewer)
     fewest = min((len(h.effects) for h in found), default=0)
     return Choice(choice.best, tuple(h for h in found if len(h.effects) == fewest)) if found else None
 
 
-def _worth(one: Hypothesis, spec: str, hypotheses: Sequence[Hypothesis], open_: BoolArray) -> float:
+def _removed_ratio(one: Hypothesis, spec: str, hypotheses: Sequence[Hypothesis], open_: BoolArray) -> float:
     """Most that an effect removes over what is left, of any channel; without end where only noise is left."""
     if spec in one.significant:
         removed = (one.significant[spec] * one.fitted.spread) ** 2
     else:
-        removed = _less(one, spec, hypotheses) - one.measured
+        removed = _mean_square_without(one, spec, hypotheses) - one.measured
     acts = removed > (EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
     return float(np.max(np.where(open_, removed / one.measured, np.inf)[acts], initial=0.0))
 
 
-def _less(one: Hypothesis, spec: str, hypotheses: Sequence[Hypothesis]) -> FloatArray:
+def _mean_square_without(one: Hypothesis, spec: str, hypotheses: Sequence[Hypothesis]) -> FloatArray:
     """Mean square left with one effect less."""
-    rest = set(one.added) - {spec}
-    there = [h.measured for h in hypotheses if set(h.added) == rest]
-    return there[0] if there else refit_without(one.fitted, spec, one.nuisances).rmse ** 2 + one.reference_gain
+    others = set(one.added) - {spec}
+    known = [h.measured for h in hypotheses if set(h.added) == others]
+    return known[0] if known else refit_without(one.fitted, spec, one.nuisances).rmse ** 2 + one.reference_gain
 
 
-def _only(
+def _restricted_to(
     one: Hypothesis, kept: Sequence[str], hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]
 ) -> Hypothesis:
     """The hypothesis with some of the effects; the other nuisance effects count as the form of the model."""
     added = tuple(spec for spec in one.added if spec in kept)
     form = tuple(spec for spec in one.nuisances if spec not in kept)
-    there = sorted((h for h in hypotheses if set(h.added) == set(added)), key=log_residual)
-    if there:
-        return replace(there[0], form_corrections=form, nuisance_tests=lambda: there[0].tested)
+    known = sorted((h for h in hypotheses if set(h.added) == set(added)), key=log_residual)
+    if known:
+        return replace(known[0], form_corrections=form, nuisance_tests=lambda: known[0].tested)
     fitted = one.fitted
     for spec in one.added:
         fitted = fitted if spec in kept else refit_without(fitted, spec, one.nuisances)

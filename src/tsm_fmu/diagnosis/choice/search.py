@@ -127,9 +127,9 @@ def candidate_places(model: Kernel, fitted: Fitted, travel: float = np.inf) -> l
     travel : float
         Longest stroke of the runs, in the unit of the motion.
     """
-    there = tuple(getattr(model.module, "EFFECTS", ()))
+    attached = tuple(getattr(model.module, "EFFECTS", ()))
     return [
-        c for c in possible(model.name, fitted.problem.channels, there, drives_of(model), travel)
+        c for c in possible(model.name, fitted.problem.channels, attached, drives_of(model), travel)
         if c.spec not in fitted.effects or (sizes_as(c.module, "zero") and c.spec not in fitted.released)
     ]  # fmt: skip
 

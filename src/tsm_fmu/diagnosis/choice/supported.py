@@ -29,7 +29,7 @@ from ..criteria import (
     FIT_SPREAD_SHARE,
     LAW_FORM_SHARE,
 )
-from ..fits.nuisance import nearly_gone, refit_without
+from ..fits.nuisance import nearly_removed, refit_without
 from .hypotheses import Hypothesis, find_significant_nuisances, with_fit
 
 
@@ -65,7 +65,7 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
     """
     best = min(hypotheses, key=log_residual)
     best_without = without_corrections(best, hypotheses)
-    near = [h for h in hypotheses if not _plainly_worse(h, best_without, refitted)]
+    near = [h for h in hypotheses if not _clearly_worse(h, best_without, refitted)]
     find_significant_nuisances(near)
     alike = [h for h in near if indistinguishable(h, best_without, refitted, hypotheses)]
     fewest = min(len(h.effects) for h in alike)
@@ -81,7 +81,7 @@ def without_corrections(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> H
     whole = set(best.effects)
 
     def corrected(one: Hypothesis) -> bool:
-        if not set(one.added) <= whole or _clean(one, best).any():  # known without a refit
+        if not set(one.added) <= whole or _nearly_explained(one, best).any():  # known without a refit
             return False
         mine = set(one.effects)
         return mine < whole and all(looks_like(s, mine) for s in whole - mine)
@@ -119,7 +119,7 @@ def refit_with_fewer(
     One more effect can lead the others out of a valley in which they had ended without it: it is not missing for that.
     """
 
-    def again(one: Hypothesis) -> Hypothesis:
+    def refitted_again(one: Hypothesis) -> Hypothesis:
         surplus = [spec for spec in best.added if spec not in one.added]
         if len(surplus) != 1 or len(one.added) != len(best.added) - 1 or surplus[0] in one.nuisances:
             return one
@@ -129,7 +129,7 @@ def refit_with_fewer(
         less = with_fit(one, fitted, holdout)
         return less if indistinguishable(less, best, refitted) else one
 
-    return together(again, hypotheses)
+    return together(refitted_again, hypotheses)
 
 
 def log_residual(one: Hypothesis) -> float:
@@ -153,10 +153,10 @@ def indistinguishable(
         Where to find one with what both have in common: the allowance for form is for what they differ in.
     """
     fewer = not one.effects or len(one.effects) < len(best.effects)  # the surplus must matter
-    return _within_allowance(one, best, *_shared(one, best, refitted, others), fewer)
+    return _within_allowance(one, best, *_residual_with_common(one, best, refitted, others), fewer)
 
 
-def _plainly_worse(one: Hypothesis, best: Hypothesis, refitted: Hypothesis) -> bool:
+def _clearly_worse(one: Hypothesis, best: Hypothesis, refitted: Hypothesis) -> bool:
     """Whether a hypothesis leaves more than `indistinguishable` allows, whatever its nuisance effects would be.
 
     That asks for no refit: what nuisance effects remove need be known of the others only.
@@ -165,28 +165,28 @@ def _plainly_worse(one: Hypothesis, best: Hypothesis, refitted: Hypothesis) -> b
 
 
 def _within_allowance(
-    one: Hypothesis, best: Hypothesis, nothing: FloatArray, nothing_held: FloatArray | None, fewer: bool
+    one: Hypothesis, best: Hypothesis, baseline: FloatArray, baseline_held_out: FloatArray | None, fewer: bool
 ) -> bool:
     """Whether a hypothesis leaves no more than the best one, but for noise and form.
 
     Parameters
     ----------
     one, best : Hypothesis
-    nothing, nothing_held : ndarray, shape (channels,)
+    baseline, baseline_held_out : ndarray, shape (channels,)
         What is left, measured and held out, with what both have in common; None without held-out runs.
     fewer : bool
         It has fewer effects: the surplus of the best must matter.
     """
     spread = best.fitted.spread**2
-    clean = _clean(one, best)
-    least = np.where(clean, CLEAN_EFFECT_SPREAD_SHARE, EFFECT_SPREAD_SHARE)
+    nearly_explained = _nearly_explained(one, best)
+    least = np.where(nearly_explained, CLEAN_EFFECT_SPREAD_SHARE, EFFECT_SPREAD_SHARE)
     limit = np.square(least if fewer else FIT_SPREAD_SHARE) * spread
-    form = np.where(clean, 0.0, LAW_FORM_SHARE)
+    form = np.where(nearly_explained, 0.0, LAW_FORM_SHARE)
     if fewer:
         limit = np.maximum(limit, best.fitted.task.discrepancy**2)
-    pairs = [(one.measured, best.measured, nothing, best.effective)]
-    if one.held_out is not None and best.held_out is not None and nothing_held is not None:
-        pairs.append((one.held_out, best.held_out, nothing_held, best.effective_held_out))
+    pairs = [(one.measured, best.measured, baseline, best.effective)]
+    if one.held_out is not None and best.held_out is not None and baseline_held_out is not None:
+        pairs.append((one.held_out, best.held_out, baseline_held_out, best.effective_held_out))
     for mine, least, before, effective in pairs:
         removed = np.maximum(before - least, 0.0)
         noise = DIFFERENCE_DEVIANCE * least / effective
@@ -195,15 +195,15 @@ def _within_allowance(
     return True
 
 
-def _clean(one: Hypothesis, best: Hypothesis) -> BoolArray:
+def _nearly_explained(one: Hypothesis, best: Hypothesis) -> BoolArray:
     """Channels in which the best leaves next to nothing of what another one leaves."""
-    clean = nearly_gone(one.measured, best.measured)
+    nearly_explained = nearly_removed(one.measured, best.measured)
     if one.held_out is not None and best.held_out is not None:
-        clean &= nearly_gone(one.held_out, best.held_out)
-    return clean
+        nearly_explained &= nearly_removed(one.held_out, best.held_out)
+    return nearly_explained
 
 
-def _shared(
+def _residual_with_common(
     one: Hypothesis, best: Hypothesis, refitted: Hypothesis, others: Sequence[Hypothesis]
 ) -> tuple[FloatArray, FloatArray | None]:
     """What is left with the effects alone that both hypotheses have, measured and held out."""

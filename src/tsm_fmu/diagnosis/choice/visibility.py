@@ -61,13 +61,13 @@ def unexcited(
     if any(c.module.ABOUT.turns for c in candidates):
         turning = _Compared(short, base.spread, ordinary(short, 2.0 * np.pi * ORDINARY_TURNS))
 
-    def shown(one: Attached) -> tuple[bool, bool]:
+    def visible(one: Attached) -> tuple[bool, bool]:
         compared = turning if one.module.ABOUT.turns else usual
-        size, already = compared.shown(one)
+        size, already = compared.visible(one)
         shows = bool((size >= detect).any()) and compared.travel >= least_stroke(one.module)
         return shows, already
 
-    for one, (shows, already) in zip(candidates, together(shown, candidates), strict=True):
+    for one, (shows, already) in zip(candidates, together(visible, candidates), strict=True):
         seen[one.module.NAME] |= shows
         contained[one.module.NAME] &= already
     hidden = [n for n in seen if not seen[n]]
@@ -78,23 +78,23 @@ class _Compared:
     """The runs of a fit beside ordinary use of the same model."""
 
     def __init__(self, fitted: Fitted, spread: FloatArray, use: Fitted) -> None:
-        self.here = Responses(fitted, 1.0 / spread)
-        self.there = Responses(use, 1.0 / np.maximum(use.spread, 1e-12), self.here.signals)
-        self.travel = max(float(np.ptp(c.x)) for c in self.here.signals)
+        self.in_runs = Responses(fitted, 1.0 / spread)
+        self.in_ordinary_use = Responses(use, 1.0 / np.maximum(use.spread, 1e-12), self.in_runs.signals)
+        self.travel = max(float(np.ptp(c.x)) for c in self.in_runs.signals)
         self.channels = len(spread)
 
-    def shown(self, one: Attached) -> tuple[FloatArray, bool]:
+    def visible(self, one: Attached) -> tuple[FloatArray, bool]:
         """RMS by channel, over the spread, that the runs would show of the effect; whether the baseline has it."""
         found, beyond = [], []
-        for shape in self.there.shapes(one.module):
-            ordinary_use, steps = self.there.columns(one, shape)
-            here, _ = self.here.columns(one, shape, steps)
-            for there, now in zip(ordinary_use, here, strict=True):
-                whole = self._rms(there).max()
+        for shape in self.in_ordinary_use.shapes(one.module):
+            ordinary_use, steps = self.in_ordinary_use.columns(one, shape)
+            in_runs, _ = self.in_runs.columns(one, shape, steps)
+            for in_ordinary_use, now in zip(ordinary_use, in_runs, strict=True):
+                whole = self._rms(in_ordinary_use).max()
                 if whole <= 0.0:
                     continue
-                found.append(ORDINARY_SPREAD_SHARE * self._rms(self.here.outside(now)) / whole)
-                beyond.append(self._rms(self.there.outside(there)).max() / whole)
+                found.append(ORDINARY_SPREAD_SHARE * self._rms(self.in_runs.outside(now)) / whole)
+                beyond.append(self._rms(self.in_ordinary_use.outside(in_ordinary_use)).max() / whole)
         if not found:
             return np.zeros(self.channels), False
         return np.median(found, axis=0), float(np.median(beyond)) < CONTAINED_SHARE

@@ -124,7 +124,7 @@ def begun_with(
     starts : int
         Shapes of the linear step to start from; one less with a second place.
     """
-    return first_steps(*_beside(base, screened, nuisances, second_start, starts))
+    return first_steps(*_with_added_effect(base, screened, nuisances, second_start, starts))
 
 
 def refit_with(
@@ -143,13 +143,13 @@ def refit_with(
         What `begun_with` gave: of several starts it is the best. Of a single one it is not gone on from: a restart on
         the way may end in another valley.
     """
-    base, effects, places, nuisances, released = _beside(base, screened, nuisances, second_start, starts)
+    base, effects, places, nuisances, released = _with_added_effect(base, screened, nuisances, second_start, starts)
     if begun is not None and len(places) > 1:
         places = [(begun.values, begun.per_run)]
     return best_refit(base, effects, places, nuisances, released, steps)
 
 
-def _beside(
+def _with_added_effect(
     base: Fitted, screened: Screened, nuisances: Sequence[str], second_start: Start | None, starts: int
 ) -> tuple[Fitted, list[str], list[Place], Sequence[str], list[str]]:
     """What `best_refit` takes for one more effect."""
@@ -214,7 +214,7 @@ def best_refit(
     if len(starts) > 1:
         begun = first_steps(base, effects, starts, nuisances, released)
         starts = [(begun.values, begun.per_run)]
-    return _descended(base.task, effects, starts, nuisances, released, steps)
+    return _best_refit_from(base.task, effects, starts, nuisances, released, steps)
 
 
 def first_steps(
@@ -230,21 +230,21 @@ def first_steps(
     """
     task = base.task
     few = replace(task, runs=thinned(kernel(task.model), task.runs, FIRST_ROWS, FIRST_ROWS // 10))
-    best = _descended(few, effects, starts, nuisances, released, FIRST_STEPS)
+    best = _best_refit_from(few, effects, starts, nuisances, released, FIRST_STEPS)
     return replace(best, task=task).at(task.runs)
 
 
-def _descended(
+def _best_refit_from(
     task: Task, effects: Sequence[str], starts: Sequence[Place], nuisances: Sequence[str], released: Sequence[str],
     steps: int,
 ) -> Fitted:  # fmt: skip
     """The best refit of those from each start."""
     per_run, fixed = offsets(task, effects, nuisances, released)
-    asked: dict[str, Any] = {"fixed": fixed, "per_run": per_run, "released": released, "steps": steps}
+    options: dict[str, Any] = {"fixed": fixed, "per_run": per_run, "released": released, "steps": steps}
     found: list[Fitted] = []
-    for values, own in starts:
+    for values, per_run_start in starts:
         try:
-            found.append(refit(task, effects, values, per_run_values=own, **asked))
+            found.append(refit(task, effects, values, per_run_values=per_run_start, **options))
         except InputError:
             continue  # the values of the linear step are not allowed in the chain
     if not found:
@@ -257,24 +257,24 @@ def offsets(
     task: Task, effects: Sequence[str], nuisances: Sequence[str], released: Sequence[str]
 ) -> tuple[list[str], list[str]]:
     """Public names with a value a run, and those that keep zero."""
-    per_run, held = [], []
+    per_run, at_zero = [], []
     for spec in effects:
         if spec in nuisances:
             one = attach(kernel(task.model), spec)
             per_run += [public(one, name) for name in sizes_as(one.module, "per run")]
-            held += [public(one, name) for name in sizes_as(one.module, "zero") if spec not in released]
-    return per_run, held
+            at_zero += [public(one, name) for name in sizes_as(one.module, "zero") if spec not in released]
+    return per_run, at_zero
 
 
 def significant_nuisances(
-    fitted: Fitted, asked: Sequence[str], nuisances: Sequence[str]
+    fitted: Fitted, specs: Sequence[str], nuisances: Sequence[str]
 ) -> dict[str, tuple[float, Fitted]]:
     """Nuisance effects without which a fit gets clearly worse, and by more than the form of a model or of an effect.
 
     Parameters
     ----------
     fitted : Fitted
-    asked : sequence of str
+    specs : sequence of str
         Specs to look at.
     nuisances : sequence of str
         All that are nuisance effects.
@@ -288,7 +288,7 @@ def significant_nuisances(
     of_effects = LAW_FORM_SHARE * np.maximum(fitted.task.gap**2 - fitted.rmse**2, 0.0)
     form = np.sqrt(np.maximum(fitted.task.discrepancy**2, of_effects))
     for spec in fitted.effects:
-        if spec not in asked or float(fitted.share_of(spec).max()) < NUISANCE_SPREAD_SHARE:
+        if spec not in specs or float(fitted.share_of(spec).max()) < NUISANCE_SPREAD_SHARE:
             continue
         less = refit_without(fitted, spec, nuisances)
         if not (_removed(less, fitted) > np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, form)).any():
@@ -296,7 +296,7 @@ def significant_nuisances(
         less = min(less, refit_without(fitted, spec, nuisances, as_given=True), key=lambda f: f.cost)
         removed = _removed(less, fitted)
         added = [e for e in fitted.effects if e not in nuisances]
-        if looks_like(spec, added) and not nearly_gone(less.rmse**2, fitted.rmse**2).any():
+        if looks_like(spec, added) and not nearly_removed(less.rmse**2, fitted.rmse**2).any():
             continue  # beside what it hides behind it corrects the form of a law
         if (removed > np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, form)).any():
             found[spec] = float(np.max(removed / np.maximum(fitted.spread, 1e-300))), less
@@ -313,8 +313,8 @@ def corrects_model_form(spec: str, share: float, task: Task, spread: FloatArray)
     task : Task
     spread : ndarray, shape (channels,)
     """
-    there = float(np.max(task.reference_removal.get(spec, np.zeros(1)) / np.maximum(spread, 1e-300)))
-    return _on_friction(spec) and share <= max(SHAPE_SPREAD_SHARE, there)
+    on_reference = float(np.max(task.reference_removal.get(spec, np.zeros(1)) / np.maximum(spread, 1e-300)))
+    return _on_friction(spec) and share <= max(SHAPE_SPREAD_SHARE, on_reference)
 
 
 def removed_on_reference(reference_fit: Fitted, nuisances: Sequence[str]) -> dict[str, FloatArray]:
@@ -335,6 +335,6 @@ def _removed(before: Fitted, after: Fitted) -> FloatArray:
     return np.sqrt(np.maximum(before.rmse**2 - after.rmse**2, 0.0))
 
 
-def nearly_gone(before: FloatArray, after: FloatArray) -> BoolArray:
+def nearly_removed(before: FloatArray, after: FloatArray) -> BoolArray:
     """Channels in which next to nothing of a mean square is left."""
     return after < (1.0 - NEARLY_ALL_SHARE) * before

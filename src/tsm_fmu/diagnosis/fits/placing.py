@@ -77,15 +77,15 @@ def places_of_effect(
 
 def _columns(base: Kernel, module: ModuleType, drives: Sequence[Drive]) -> list[str]:
     """What may drive an effect, as text: the model's own signals, and each combination of columns for the others."""
-    asked, choices = module.Inputs._fields, list[list[Drive | None]]()
+    signals, choices = module.Inputs._fields, list[list[Drive | None]]()
     for role, signal in ROLES.items():
-        if signal not in asked:
+        if signal not in signals:
             continue
-        there = [d for d in drives if d.role == role]
-        own = {"load": bool(base.roles.load) or "load" in module.ABOUT.optional, "bend": False}.get(
-            role, base.motion != "v" or not there
+        matching = [d for d in drives if d.role == role]
+        without_column = {"load": bool(base.roles.load) or "load" in module.ABOUT.optional, "bend": False}.get(
+            role, base.motion != "v" or not matching
         )
-        choices.append([*([None] if own else []), *there])
+        choices.append([*([None] if without_column else []), *matching])
     return [text_of([d for d in one if d], module) for one in product(*choices)]
 
 
@@ -99,10 +99,10 @@ def not_applicable(model: Kernel, channels: Sequence[str]) -> dict[str, str]:
     channels : sequence of str
         Measured ones.
     """
-    there = tuple(getattr(model.module, "EFFECTS", ()))
+    attached = tuple(getattr(model.module, "EFFECTS", ()))
     base, drives, found = kernel(model.name), drives_of(model), {}
     for module in EFFECTS:
-        if module.NAME in map(id_of, there):
+        if module.NAME in map(id_of, attached):
             found[module.NAME] = "it is in the model as given"
         elif missing := _lacks(base, module, drives):
             found[module.NAME] = f"it needs {missing}, which these runs of {base.name} have not"
@@ -119,11 +119,11 @@ def least_stroke(module: ModuleType) -> float:
 
 def _lacks(base: Kernel, module: ModuleType, drives: Sequence[Drive]) -> str:
     """What an effect takes that a model and its runs do not have; empty where they have all."""
-    asked, given = set(module.Inputs._fields) - set(module.ABOUT.optional), {d.signal for d in drives}
-    if "load" in asked and not base.roles.load and "load" not in given:
+    signals, given = set(module.Inputs._fields) - set(module.ABOUT.optional), {d.signal for d in drives}
+    if "load" in signals and not base.roles.load and "load" not in given:
         return "a load or a tension"
-    if "bend" in asked and "bend" not in given:
+    if "bend" in signals and "bend" not in given:
         return "the sheath's angle"
-    if asked & set(Motion._fields) and not base.motion:
+    if signals & set(Motion._fields) and not base.motion:
         return "a motion"
     return ""

@@ -217,10 +217,10 @@ def refit(
     """
     kernel = task.kernel(effects)
     known = {v.name for v in kernel.parameters}
-    kept = [name for name in (*task.fixed, *fixed) if name in known]
+    constant = [name for name in (*task.fixed, *fixed) if name in known]
     start_values = {n: v for n, v in {**task.values, **values}.items() if n in known}
     offsets = [name for name in per_run if name in known]
-    space = search_space(kernel, task.preset, start_values, kept, per_run=per_run_fields(kernel, offsets=offsets))
+    space = search_space(kernel, task.preset, start_values, constant, per_run=per_run_fields(kernel, offsets=offsets))
     for v in kernel.parameters:
         if v.name in task.limits:
             space = space.with_parameter(v.field, space[v.field].within(*task.limits[v.name]))
@@ -278,14 +278,14 @@ def _forgotten(problem: Problem, start: FloatArray) -> list[str]:
         return []  # all of each run is compared
     initial, found = problem.kernel.roles.initial, []
     for name in [f for f in problem.per_run if problem.declared[f].name in initial]:
-        there, all_ = 0.0, 0.0
+        in_compared, all_ = 0.0, 0.0
         for k, run in enumerate(problem.runs):
             row = start[k].copy()
             row[problem.fields.index(name)] += 1e-6
             moved = problem.outputs_with_lead(k, row) - problem.outputs_with_lead(k, start[k])
             change = np.nan_to_num(moved)[:, problem.columns] ** 2
-            there, all_ = there + float(change[run.lead_time.size :].sum()), all_ + float(change.sum())
-        if there < REMEMBERED_SHARE**2 * all_:
+            in_compared, all_ = in_compared + float(change[run.lead_time.size :].sum()), all_ + float(change.sum())
+        if in_compared < REMEMBERED_SHARE**2 * all_:
             found.append(name)
     return found
 

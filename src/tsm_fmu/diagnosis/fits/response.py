@@ -84,7 +84,7 @@ class Responses:
         count = max(SHAPES * min(len(shapes), 3), *(shape.tries for shape in shapes.values()))
         draws = qmc.Halton(len(shapes), rng=7).random(count)
         return [
-            {name: self.extent.drawn(shape, float(q)) for (name, shape), q in zip(shapes.items(), row, strict=True)}
+            {n: self.extent.at_quantile(shape, float(q)) for (n, shape), q in zip(shapes.items(), row, strict=True)}
             for row in draws
         ]  # fmt: skip
 
@@ -106,7 +106,7 @@ class Responses:
         steps : sequence of float, optional
             Steps of the size parameters; chosen so that the response is of the residual's size by default.
         """
-        effect, wanted = Kernel(attached.module), float(np.sqrt(np.sum(self.flat(self.fitted.residuals) ** 2)))
+        effect, target_size = Kernel(attached.module), float(np.sqrt(np.sum(self.flat(self.fitted.residuals) ** 2)))
         columns, taken = [], []
         for number, (name, role) in enumerate(sizes_of(attached.module).items()):
             if steps is not None:
@@ -116,7 +116,7 @@ class Responses:
                 size = float(np.linalg.norm(self.response(attached, effect, {**shape, name: step})))
                 if math.isfinite(size) and size > 0.0:
                     limit = _largest(effect, name)
-                    step = math.copysign(min(max(abs(step) * wanted / size, 1e-9), limit), step)
+                    step = math.copysign(min(max(abs(step) * target_size / size, 1e-9), limit), step)
             column = self.response(attached, effect, {**shape, name: step})
             columns.append(column if np.isfinite(column).all() else np.zeros_like(column))
             taken.append(step)
@@ -134,12 +134,12 @@ class Responses:
     def _change(self, attached: Attached, effect: Kernel, p: Any, k: int) -> FloatArray:
         """Change of all outputs of a run by the effect."""
         run, signals, full = self.problem.runs[k], self.signals[k], self.full[k]
-        own = model_part(self.kernel, self.problem.params(self.fitted.table[k]), run.inputs, full)
+        part = model_part(self.kernel, self.problem.params(self.fitted.table[k]), run.inputs, full)
         channel = [v.name for v in self.kernel.outputs].index(attached.channel) if attached.channel else None
         port = self.base.roles.friction if channel is None else None
-        before = port.read(own.parameters, own.inputs, own.outputs) if port else full[:, channel]
+        before = port.read(part.parameters, part.inputs, part.outputs) if port else full[:, channel]
         if attached.on_lost_motion:
-            before = self.base.roles.lost_motion[attached.channel](own.parameters, own.inputs, own.outputs)
+            before = self.base.roles.lost_motion[attached.channel](part.parameters, part.inputs, part.outputs)
         columns = [before if v.name == "y" else self._signal(attached, signals, k, v.name) for v in effect.inputs]
         try:
             after = effect.simulate(p, run.time, np.column_stack(columns))[:, 0]
@@ -147,7 +147,7 @@ class Responses:
             return np.full_like(full, np.nan)
         change = np.zeros_like(full)
         if port:
-            for j, column in enumerate(port.write(own.parameters, own.inputs, own.outputs, after)):
+            for j, column in enumerate(port.write(part.parameters, part.inputs, part.outputs, after)):
                 change[:, j] = column - full[:, j]
         else:
             change[:, channel] = (before - after) if attached.on_lost_motion else (after - before)
@@ -191,7 +191,7 @@ class _Extent:
             "load": float(np.max(np.abs(np.concatenate(loads)))) if loads else 1.0,
         }
 
-    def drawn(self, shape: Shape, q: float) -> float:
+    def at_quantile(self, shape: Shape, q: float) -> float:
         """Value of a shape parameter at the quantile ``q`` of its range."""
         if shape.scale == "turns":
             return (self.highest - self.lowest or 1.0) / (2.0 * math.pi * (shape.lo + (shape.hi - shape.lo) * q))
@@ -204,7 +204,7 @@ class _Extent:
         """Range that a refit may use; None for that of the declaration."""
         if shape.scale in ("angle", "number"):
             return None
-        lo, hi = self.drawn(shape, 0.0), self.drawn(shape, 1.0)
+        lo, hi = self.at_quantile(shape, 0.0), self.at_quantile(shape, 1.0)
         if shape.scale == "turns":
             return hi, lo  # a drum of fewer turns is no drum: any smooth function of the position
         if shape.scale in EVENLY:

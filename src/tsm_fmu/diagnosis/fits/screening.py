@@ -84,7 +84,7 @@ class _Bench:
         self.counted = counted
         fitted = fitted.at(thinned(fitted.problem.kernel, fitted.problem.runs, ROWS, ROWS // 10))
         self.responses = Responses(fitted, 1.0 / np.maximum(fitted.rmse, 1e-12 * fitted.spread))
-        self.left = self.responses.outside(self.responses.flat(fitted.residuals))
+        self.residual = self.responses.outside(self.responses.flat(fitted.residuals))
 
     def screened(self, attached: Attached) -> Screened:
         effect = Kernel(attached.module)
@@ -109,12 +109,12 @@ class _Bench:
         owner = [(i, sign) for i, n in enumerate(sizes) for sign in ((1.0, -1.0) if signed[n] else (1.0,))]
         matrix = np.column_stack([used[:, i] * sign for i, sign in owner])
         bulk = np.array([whole[i] / scale[i] if shows[i] else 1.0 for i, _ in owner])
-        amounts, _ = nnls(matrix.T @ matrix + np.diag(DAMPING * bulk**2), matrix.T @ self.left)
+        amounts, _ = nnls(matrix.T @ matrix + np.diag(DAMPING * bulk**2), matrix.T @ self.residual)
         found = np.zeros(len(sizes))
         for (i, sign), amount in zip(owner, amounts, strict=True):
             found[i] += sign * amount / scale[i] if shows[i] else 0.0
-        after = self.left - outside @ found
+        after = self.residual - outside @ found
         count = self.counted.size
-        before = np.maximum(np.sum(self.left.reshape(-1, count) ** 2, axis=0), 1e-300)
+        before = np.maximum(np.sum(self.residual.reshape(-1, count) ** 2, axis=0), 1e-300)
         closed = np.maximum(np.sum(after.reshape(-1, count) ** 2, axis=0), 1e-6 * before)
         return float(np.sum(np.log(before / closed)[self.counted])), found

@@ -21,7 +21,7 @@ from ..answer.sentence import (
     range_text,
     share_text,
 )
-from ..criteria import CARRIED_OVER_RATIO, TELLING_SHARE
+from ..criteria import CARRIED_OVER_RATIO, NOTABLE_SHARE
 from ..evidence import Candidate, Gap, Place
 from ..residual.library import LEGEND
 from ..result import Diagnosis
@@ -69,8 +69,8 @@ def _gaps(found: Diagnosis) -> Section | None:
 def _gap_table(channel: str, g: Gap) -> Table:
     """Errors of one channel: a row each, so that a phone shows the whole table."""
     unit = display(g.unit, max(g.before, g.floor))
-    held = g.holdout_before is not None
-    runs = ("measured", "held out") if held else ("measured",)
+    on_holdout = g.holdout_before is not None
+    runs = ("measured", "held out") if on_holdout else ("measured",)
     interval = ""
     if g.closure_interval is not None:
         interval = "{:.0f} to {:.0f} %".format(*(100 * min(x, 1.0) for x in g.closure_interval))
@@ -80,8 +80,8 @@ def _gap_table(channel: str, g: Gap) -> Table:
         "refit alone": (g.refitted, g.holdout_refitted),
         "model of the answer": (g.after, g.holdout_after),
         "its exported FMU": (g.fmu, None),
-        "floor": (g.floor, g.floor if held else None),
-        least: (g.floor_least, g.floor_least if held else None),
+        "floor": (g.floor, g.floor if on_holdout else None),
+        least: (g.floor_least, g.floor_least if on_holdout else None),
         "threshold of an effect": (g.threshold or None, None),
     }
     rows: list[tuple[Any, ...]] = [
@@ -116,12 +116,12 @@ def _where(found: Diagnosis) -> Section | None:
         "significant",
     )
     whose = "the model as given" if found.located == "given" else "the refitted model"
-    telling: dict[str, list[str]] = {}
+    notable: dict[str, list[str]] = {}
     for p in found.where:
-        if p.significant and p.explained - p.chance > TELLING_SHARE:
-            parts = telling.setdefault(p.channel, [])
+        if p.significant and p.explained - p.chance > NOTABLE_SHARE:
+            parts = notable.setdefault(p.channel, [])
             parts.append(f"{_percent(p.share_of_gap)} {place_text(p)}" if parts else share_text(p))
-    text = " ".join(f"{', '.join(parts[:3])}." for parts in telling.values())
+    text = " ".join(f"{', '.join(parts[:3])}." for parts in notable.values())
     text = text or "The disagreement does not depend on any coordinate beyond chance."
     caption = (
         f"Residual of {whose}, most telling first. Explained: share of its variance that is a function of the "
@@ -140,9 +140,9 @@ def _span(p: Place) -> str:
 
 
 def _candidates(found: Diagnosis) -> Section | None:
-    shown = [c for c in found.candidates if c.testable]
+    testable = [c for c in found.candidates if c.testable]
     channel = leading_channel(found)
-    if not shown or channel is None:
+    if not testable or channel is None:
         return None
     gap = found.gap[channel]
     unit = display(gap.unit, gap.refitted)
@@ -151,7 +151,7 @@ def _candidates(found: Diagnosis) -> Section | None:
         (words(c.spec), _rounded(c.channels[channel].measured * unit.factor),
          _closed(c.channels[channel].closure_measured), _closed(c.channels[channel].closure_holdout),
          round(c.score, 1) + 0.0, c.spec, _values(c))
-        for c in shown
+        for c in testable
     ]  # fmt: skip
     error = f"error of {channel} [{unit.unit}]"
     heading = ("effect", error, "closes, measured", "closes, held out", "score", "id", "parameters")

@@ -63,9 +63,9 @@ def _run_section(found: Diagnosis, k: int, names: Mapping[str, str]) -> Section:
             Line(n, run.time, (measured - y) * small.factor, colour=i) for i, (n, y) in enumerate(simulated.items(), 1)
         ]
         figures.append(time_figure(errors, f"{channel}: measured minus simulated", f"[{small.unit}]"))
-    drawn = min(MOST_RUNS, len(found.runs))
-    rest = f"{drawn} of {len(found.runs)} runs are drawn." if k == 0 and len(found.runs) > drawn else ""
-    return Section(f"Run {run.record.name}", rest, figures=figures)
+    plotted = min(MOST_RUNS, len(found.runs))
+    remark = f"{plotted} of {len(found.runs)} runs are drawn." if k == 0 and len(found.runs) > plotted else ""
+    return Section(f"Run {run.record.name}", remark, figures=figures)
 
 
 def motion_figures(motion: NextMotion) -> list[Figure]:

@@ -43,9 +43,9 @@ def _means(number: IntArray, values: FloatArray) -> FloatArray:
     return np.bincount(number, values) / np.maximum(np.bincount(number), 1)
 
 
-def _blocks(residuals: Sequence[FloatArray], left: FloatArray) -> IntArray:
+def _blocks(residuals: Sequence[FloatArray], unexplained: FloatArray) -> IntArray:
     """Number of the block of each sample: several autocorrelation times of what no bin explains, eight a run."""
-    length = math.ceil(4.0 * autocorrelation_time(left))
+    length = math.ceil(4.0 * autocorrelation_time(unexplained))
     found, first = [], 0
     for r in residuals:
         count = max(8, r.size // max(length, 1)) if r.size >= 8 else 1
@@ -62,6 +62,6 @@ def _interval(number: IntArray, residual: FloatArray, block: IntArray, seed: int
     total = np.bincount(cell, residual, count * width).reshape(count, width)
     samples = np.bincount(cell, minlength=count * width).reshape(count, width)
     weight = rng.multinomial(count, np.full(count, 1.0 / count), RESAMPLES)
-    drawn = (weight @ total) / np.where((weight @ samples) > 0, weight @ samples, np.nan)
-    low, high = np.nanquantile(drawn, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], axis=0)
+    resampled = (weight @ total) / np.where((weight @ samples) > 0, weight @ samples, np.nan)
+    low, high = np.nanquantile(resampled, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], axis=0)
     return low, high

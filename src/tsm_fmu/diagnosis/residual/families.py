@@ -138,8 +138,8 @@ def _acceleration(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
 
 def _loads(c: Coordinates) -> FloatArray:
     """Every load, tension and angle beside the motion, each once, shape (n, k)."""
-    own = [] if c.load is None or any((c.load == y).all() for y in c.driven.T) else [c.load]
-    return np.column_stack([*own, *c.driven.T]) if own or c.driven.size else np.empty((c.x.size, 0))
+    model_load = [] if c.load is None or any((c.load == y).all() for y in c.driven.T) else [c.load]
+    return np.column_stack([*model_load, *c.driven.T]) if model_load or c.driven.size else np.empty((c.x.size, 0))
 
 
 def _load(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
@@ -167,10 +167,10 @@ def _time(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
 
 def _history(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
     after = [np.exp(-c.since_reversal / (part * r.stroke)) for part in DISTANCES]
-    held, u, w = np.log1p(c.dwell / 0.1), (c.x - r.low) / r.span, np.abs(c.v) / r.v
+    log_dwell, u, w = np.log1p(c.dwell / 0.1), (c.x - r.low) / r.span, np.abs(c.v) / r.v
     lags = [part * r.length for part in LAGS]
     return [
-        *(c.s * f for f in after), *(c.s * held * f for f in after[:5]), c.z * held,
+        *(c.s * f for f in after), *(c.s * log_dwell * f for f in after[:5]), c.z * log_dwell,
         *(u - _lag(u, c, tau) for tau in lags), *(c.s - _lag(c.s, c, tau) for tau in lags),
         *(c.z * (w - _lag(w, c, part * r.pace)) for part in LAGGED),
     ]  # fmt: skip

@@ -58,11 +58,11 @@ def shapes(
     found = []
     for c, (channel, unit) in enumerate(zip(channels, units, strict=True)):
         parts = [r[:, c] for r in residuals]
-        own = [p for p in where if p.channel == channel and p.unit != "Hz"]
-        leading = [p.coordinate for p in own if p.significant][:LEADING]
-        shown = [d for name in leading for d in dependence(parts, places, name, motion_unit, load_unit, seed)]
+        of_channel = [p for p in where if p.channel == channel and p.unit != "Hz"]
+        leading = [p.coordinate for p in of_channel if p.significant][:LEADING]
+        dependences = [d for name in leading for d in dependence(parts, places, name, motion_unit, load_unit, seed)]
         law = formula(parts, places, unit, motion_unit, load_unit, seed) if formulas else Formula()
-        found.append(ResidualShape(channel, unit, tuple(shown), law))
+        found.append(ResidualShape(channel, unit, tuple(dependences), law))
     return found
 
 
@@ -143,7 +143,7 @@ def _by_sindy(matrix: FloatArray, residual: FloatArray, count: int) -> list[int]
     size = float(np.sqrt(np.mean(residual**2)))
     for threshold in np.geomspace(0.02, 1.0, 25):
         coefficients = STLSQ(threshold=threshold, alpha=1e-3).fit(matrix, residual[:, None] / size).coef_[0]
-        left = np.flatnonzero(coefficients)
-        if left.size <= min(count, FORMULA_TERMS):
-            return left.tolist()
+        selected = np.flatnonzero(coefficients)
+        if selected.size <= min(count, FORMULA_TERMS):
+            return selected.tolist()
     return []

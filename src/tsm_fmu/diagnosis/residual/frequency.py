@@ -63,7 +63,7 @@ class Band:
 
 
 def frequencies(
-    residuals: Sequence[FloatArray], drawn: Sequence[FloatArray], places: Sequence[Coordinates]
+    residuals: Sequence[FloatArray], surrogates: Sequence[FloatArray], places: Sequence[Coordinates]
 ) -> list[Band]:
     """Harmonics where all runs repeat with one period, else bands.
 
@@ -71,7 +71,7 @@ def frequencies(
     ----------
     residuals : sequence of ndarray, shape (n,)
         One channel, one array a run.
-    drawn : sequence of ndarray, shape (n, count)
+    surrogates : sequence of ndarray, shape (n, count)
         Surrogates of each.
     places : sequence of Coordinates
         At the same samples.
@@ -81,8 +81,8 @@ def frequencies(
     whole = [_whole_periods(c) for c in places]
     periods = [w[1] for w in whole if w is not None]
     if len(periods) == len(places) and max(periods) < 1.02 * min(periods):
-        return _harmonics(residuals, drawn, [w for w in whole if w is not None])
-    return _bands(residuals, drawn, places)
+        return _harmonics(residuals, surrogates, [w for w in whole if w is not None])
+    return _bands(residuals, surrogates, places)
 
 
 def _whole_periods(c: Coordinates) -> tuple[int, float, int] | None:
@@ -98,14 +98,14 @@ def _whole_periods(c: Coordinates) -> tuple[int, float, int] | None:
 
 
 def _harmonics(
-    residuals: Sequence[FloatArray], drawn: Sequence[FloatArray], whole: Sequence[tuple[int, float, int]]
+    residuals: Sequence[FloatArray], surrogates: Sequence[FloatArray], whole: Sequence[tuple[int, float, int]]
 ) -> list[Band]:
     observed, by_chance = 0.0, 0.0
     total, noise = 0.0, 0.0
     top = min(HARMONICS, *(n // (2 * count) - 1 for n, _, count in whole))
     if top < 2:
         return []
-    for r, d, (n, _, count) in zip(residuals, drawn, whole, strict=True):
+    for r, d, (n, _, count) in zip(residuals, surrogates, whole, strict=True):
         lines = count * np.arange(1, top + 1)
         power, other = (np.abs(np.fft.rfft(y[:n] - y[:n].mean(axis=0), axis=0)) ** 2 / n for y in (r[:, None], d))
         observed, by_chance = observed + power[lines], by_chance + other[lines]
@@ -116,15 +116,17 @@ def _harmonics(
     sets = {"odd harmonics": order % 2 == 1, "even harmonics": order % 2 == 0}
     sets |= {f"harmonic {k}": order == k for k in range(1, min(SINGLE, top) + 1)}
     found = []
-    for name, chosen in sets.items():
-        share, other = float(shares[chosen].sum()), chances[chosen].sum(axis=0)
-        span = (float(order[chosen].min() / period), float(order[chosen].max() / period))
+    for name, members in sets.items():
+        share, other = float(shares[members].sum()), chances[members].sum(axis=0)
+        span = (float(order[members].min() / period), float(order[members].max() / period))
         expected = float(other.mean())
         found.append(Band(name, span, share, expected, share, expected, tail(share, other)))
     return found
 
 
-def _bands(residuals: Sequence[FloatArray], drawn: Sequence[FloatArray], places: Sequence[Coordinates]) -> list[Band]:
+def _bands(
+    residuals: Sequence[FloatArray], surrogates: Sequence[FloatArray], places: Sequence[Coordinates]
+) -> list[Band]:
     steps = [float(np.median(np.diff(c.time))) for c in places]
     axes = [np.fft.rfftfreq(r.size, dt) for r, dt in zip(residuals, steps, strict=True)]
     x = np.concatenate([c.x - c.x.mean() for c in places])
@@ -133,7 +135,8 @@ def _bands(residuals: Sequence[FloatArray], drawn: Sequence[FloatArray], places:
     highest = min(float(f[-1]) for f in axes)
     edges = [0.0, *(middle * k for k in (0.5, 2.0, 8.0, 32.0) if middle * k < 0.5 * highest), highest]
     spectra = [
-        [_spectrum(y) for y in (r[:, None], d, _drivers(c))] for r, d, c in zip(residuals, drawn, places, strict=True)
+        [_spectrum(y) for y in (r[:, None], d, _drivers(c))]
+        for r, d, c in zip(residuals, surrogates, places, strict=True)
     ]
     total = [sum(np.sum(np.abs(s[i]) ** 2, axis=0) for s in spectra) for i in (0, 1)]
     found = []

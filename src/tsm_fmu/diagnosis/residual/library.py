@@ -219,7 +219,7 @@ def _lags(r: _Runs) -> list[Term]:
     found = []
     for tau in (part * r.length for part in LAGS):
         for text, unit, signal in ((r.x_text, r.unit, r.x), ("sgn(v)", "1", r.s)):
-            late = [_behind(y, c, tau) for y, c in zip(signal, r.places, strict=True)]
+            late = [_lagged(y, c, tau) for y, c in zip(signal, r.places, strict=True)]
             found.append(_product(f"({text} - lag({text}, {tau:.2g} s))", unit, late))
     return found
 
@@ -250,7 +250,7 @@ def _loads(r: _Runs) -> list[Term]:
 
 
 def _different(terms: Sequence[Term]) -> list[Term]:
-    kept: list[Term] = []
+    selected: list[Term] = []
     units: list[FloatArray] = []
     for term in terms:
         values = np.concatenate(term.values)
@@ -258,12 +258,12 @@ def _different(terms: Sequence[Term]) -> list[Term]:
         if not np.isfinite(norm) or norm == 0.0:
             continue
         if all(abs(float(values @ other)) < ALIKE * norm for other in units):
-            kept.append(term)
+            selected.append(term)
             units.append(values / norm)
-    return kept
+    return selected
 
 
-def _behind(values: FloatArray, c: Coordinates, time_constant: float) -> FloatArray:
+def _lagged(values: FloatArray, c: Coordinates, time_constant: float) -> FloatArray:
     """What a first-order lag has not followed yet."""
     keep = np.exp(-float(np.median(np.diff(c.time))) / time_constant)
     slow, _ = lfilter([1.0 - keep], [1.0, -keep], values, zi=[keep * values[0]])

@@ -50,8 +50,8 @@ def locate(
     found = []
     for c, channel in enumerate(channels):
         parts = [r[:, c] for r in short]
-        drawn = [surrogates(p, SURROGATES, rng) for p in parts]
-        residual, noise = np.concatenate(parts), np.concatenate(drawn)
+        surrogates_of_runs = [surrogates(p, SURROGATES, rng) for p in parts]
+        residual, noise = np.concatenate(parts), np.concatenate(surrogates_of_runs)
         deviation = float(residual.std())
         for name, unit, values, number in axes:
             span, share, samples = _densest(residual, values, number)
@@ -64,7 +64,7 @@ def locate(
         found += [
             Place(channel, f.name, "Hz", f.range, f.share, f.background, f.explained, f.chance, f.p, False,
                   deviation * max(f.explained - f.chance, 0.0) ** 0.5)
-            for f in frequencies(parts, drawn, thin)
+            for f in frequencies(parts, surrogates_of_runs, thin)
         ]  # fmt: skip
     adjusted = false_discovery_control([f.p for f in found])  # Benjamini and Hochberg
     marked = [replace(f, significant=bool(p <= FALSE_DISCOVERY_RATE)) for f, p in zip(found, adjusted, strict=True)]

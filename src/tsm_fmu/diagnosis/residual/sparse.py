@@ -103,12 +103,12 @@ def _loss(data: Sums, fold: int, terms: Sequence[int], coefficients: FloatArray)
 
 
 def _best_addition(gram: FloatArray, cross: FloatArray, now: list[int]) -> int:
-    left, size = cross, np.diag(gram)
+    correlation, size = cross, np.diag(gram)
     if now:
         inner = gram[np.ix_(now, now)]
         solved = np.linalg.solve(inner + RIDGE * np.diag(np.diag(inner)), np.column_stack([cross[now], gram[now]]))
-        left = cross - gram[:, now] @ solved[:, 0]
+        correlation = cross - gram[:, now] @ solved[:, 0]
         size = size - np.einsum("ij,ji->i", gram[:, now], solved[:, 1:])
-    gain = np.where(size > 1e-6 * np.diag(gram), left**2 / np.maximum(size, 1e-300), -1.0)
+    gain = np.where(size > 1e-6 * np.diag(gram), correlation**2 / np.maximum(size, 1e-300), -1.0)
     gain[now] = -1.0
     return int(np.argmax(gain))

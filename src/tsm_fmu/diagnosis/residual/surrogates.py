@@ -42,8 +42,8 @@ def surrogates(series: FloatArray, count: int, rng: np.random.Generator) -> Floa
     """
     mean, n = float(series.mean()), series.size
     power = np.append(background(np.asarray(dct(series - mean, norm="ortho"), float) ** 2), 0.0)
-    drawn = rng.normal(size=(n + 1, count)) + 1j * rng.normal(size=(n + 1, count))
-    whole = np.fft.irfft(drawn * np.sqrt(n * power)[:, None], 2 * n, axis=0)[:n]  # a circle would join the ends
+    gaussian = rng.normal(size=(n + 1, count)) + 1j * rng.normal(size=(n + 1, count))
+    whole = np.fft.irfft(gaussian * np.sqrt(n * power)[:, None], 2 * n, axis=0)[:n]  # a circle would join the ends
     return whole - whole.mean(axis=0) + mean
 
 
@@ -59,7 +59,7 @@ def background(power: FloatArray) -> FloatArray:
 
 
 def chance(
-    observed: FloatArray, drawn: FloatArray, statistic: Callable[[FloatArray], FloatArray]
+    observed: FloatArray, surrogates: FloatArray, statistic: Callable[[FloatArray], FloatArray]
 ) -> tuple[float, float, float]:
     """A statistic, what it is on average by chance, and the probability of as much by chance.
 
@@ -69,13 +69,13 @@ def chance(
     Parameters
     ----------
     observed : ndarray, shape (n, 1)
-    drawn : ndarray, shape (n, count)
+    surrogates : ndarray, shape (n, count)
         Surrogates.
     statistic : callable
         From (n, m) to (m,), larger where there is more of a law.
     """
     value = float(statistic(observed)[0])
-    by_chance = statistic(drawn)
+    by_chance = statistic(surrogates)
     return value, float(by_chance.mean()), tail(value, by_chance)
 
 

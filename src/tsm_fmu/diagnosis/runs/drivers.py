@@ -24,7 +24,7 @@ NONE = "none"
 
 
 def with_drives(
-    model: Kernel, records: Sequence[Record], channels: Sequence[str], said: Mapping[str, str] | None = None
+    model: Kernel, records: Sequence[Record], channels: Sequence[str], roles: Mapping[str, str] | None = None
 ) -> tuple[Kernel, tuple[str, ...]]:
     """The model with an input for each column that may drive an effect.
 
@@ -35,7 +35,7 @@ def with_drives(
         All runs: what one of them lacks cannot drive anything.
     channels : sequence of str
         Outputs that are compared.
-    said : mapping of str to str, optional
+    roles : mapping of str to str, optional
         Role by column, one of `ROLES` or ``none``, instead of what the unit says.
 
     Returns
@@ -49,24 +49,24 @@ def with_drives(
     InputError
         A role of a column that there is not, a role that is none, or a sheath's angle in another unit.
     """
-    said = dict(said or {})
-    _check_said(said, model, records)
-    own = {v.name for v in (*model.inputs, *model.outputs, *model.parameters)}
+    roles = dict(roles or {})
+    _check_roles(roles, model, records)
+    of_model = {v.name for v in (*model.inputs, *model.outputs, *model.parameters)}
     taken, notes = list[Drive](), list[str]()
     for column in dict.fromkeys(name for record in records for name in record.columns):
-        if column in own or said.get(column) == NONE:
+        if column in of_model or roles.get(column) == NONE:
             continue
         lacking = [r.name for r in records if column not in r.columns]
-        if column == ANGLE.column and column not in said:
+        if column == ANGLE.column and column not in roles:
             for record in records:
                 if column in record.columns:
                     record.require(column, ANGLE.unit)
         units = {r.units[column] for r in records if column in r.columns}
-        role = said.get(column) or (_role(model, units.pop(), records, column, lacking) if len(units) == 1 else "")
+        role = roles.get(column) or (_role(model, units.pop(), records, column, lacking) if len(units) == 1 else "")
         if not role:
             continue
         drive = Drive(role, column, next(r.units[column] for r in records if column in r.columns))
-        why = _refusal(drive, lacking, model, records, channels, taken, asked=column in said)
+        why = _refusal(drive, lacking, model, records, channels, taken, by_user=column in roles)
         if why:
             notes.append(f"{column} drives no effect: {why}")
         else:
@@ -83,9 +83,9 @@ def drives_of(model: Kernel) -> tuple[Drive, ...]:
     return tuple(Drive(*one) for one in getattr(model.module, "DRIVES", ()))
 
 
-def _check_said(said: Mapping[str, str], model: Kernel, records: Sequence[Record]) -> None:
+def _check_roles(roles: Mapping[str, str], model: Kernel, records: Sequence[Record]) -> None:
     known = sorted({name for record in records for name in record.columns})
-    for column, role in said.items():
+    for column, role in roles.items():
         if role not in (*ROLES, NONE):
             raise InputError(f"--drive {column}={role} -- expected a role of {', '.join((*ROLES, NONE))} -- choose one")
         if column not in known:
@@ -109,7 +109,7 @@ def _role(model: Kernel, unit: str, records: Sequence[Record], column: str, lack
 
 def _refusal(
     drive: Drive, lacking: Sequence[str], model: Kernel, records: Sequence[Record], channels: Sequence[str],
-    taken: Sequence[Drive], *, asked: bool,
+    taken: Sequence[Drive], *, by_user: bool,
 ) -> str:  # fmt: skip
     """Why a column cannot drive an effect; empty if it can."""
     if lacking:
@@ -117,20 +117,20 @@ def _refusal(
     name = drive.column
     if not name.isidentifier() or keyword.iskeyword(name) or name.endswith("_") or "__" in name:
         return "its name is no name of a variable, rename it with --map"
-    if drive.role in ("bend", "position") and any(d.role == drive.role for d in taken) and not asked:
+    if drive.role in ("bend", "position") and any(d.role == drive.role for d in taken) and not by_user:
         return f"{next(d.column for d in taken if d.role == drive.role)} is taken for it"
-    if asked or drive.role != "load":
+    if by_user or drive.role != "load":
         return ""
     values = _joined(records, name)
     units = {v.name: v.quantity.unit for v in model.outputs}
     for channel in channels:
         if ROLE_OF_UNIT.get(units[channel]) != "load":
             continue
-        if _common(values, _joined(records, channel)) > EFFECT_OF_CHANNEL_SHARE:
+        if _common_variance(values, _joined(records, channel)) > EFFECT_OF_CHANNEL_SHARE:
             return f"it follows {channel}, which is compared: another measurement of it, no cause"
     known = [model.roles.load] if model.roles.load in records[0].columns else []
     for other in (*known, *(d.column for d in taken if d.role == "load")):
-        if all(other in r.columns for r in records) and _common(values, _joined(records, other)) > COPY_SHARE:
+        if all(other in r.columns for r in records) and _common_variance(values, _joined(records, other)) > COPY_SHARE:
             return f"it follows {other}"
     return ""
 
@@ -140,7 +140,7 @@ def _joined(records: Sequence[Record], column: str) -> FloatArray:
     return np.concatenate([r.columns[column] for r in records])
 
 
-def _common(one: FloatArray, other: FloatArray) -> float:
+def _common_variance(one: FloatArray, other: FloatArray) -> float:
     """Share of the variance of one that is a multiple of the other."""
     a, b = one - one.mean(), other - other.mean()
     size = float(a @ a) * float(b @ b)
@@ -160,7 +160,10 @@ def _is_integral(model: Kernel, records: Sequence[Record], column: str) -> bool:
     step = max(1, min(m.size for m in moves) // 200)
     coarse = [(np.add.reduceat(m, np.arange(0, m.size, step)), np.add.reduceat(w, np.arange(0, w.size, step)))
               for m, w in zip(moves, ways, strict=True)]  # fmt: skip
-    return _common(np.concatenate([m for m, _ in coarse]), np.concatenate([w for _, w in coarse])) > POSITION_SHARE
+    return (
+        _common_variance(np.concatenate([m for m, _ in coarse]), np.concatenate([w for _, w in coarse]))
+        > POSITION_SHARE
+    )
 
 
 def _unit_of(model: Kernel, name: str) -> str:

@@ -1,4 +1,4 @@
-"""From hypotheses to those that the runs support, and to what they leave unexplained."""
+"""Model selection: from hypotheses to those that the runs support, and to what these leave unexplained."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from .supported import Choice, choice_of, log_residual
 
 
 @dataclass(frozen=True)
-class Judged:
-    """Hypotheses as they were judged.
+class Selection:
+    """The supported hypotheses among those that were refitted, and the floors of what they leave.
 
     Attributes
     ----------
@@ -35,9 +35,9 @@ class Judged:
     floors: Floors
 
 
-def judged(
+def select(
     found: Sequence[Hypothesis], baselines: Baselines, holdout: Sequence[FitRun], progress: Callable[[str], None]
-) -> Judged:
+) -> Selection:
     """The supported hypotheses, and the floors.
 
     Parameters
@@ -63,4 +63,4 @@ def judged(
             floors = replace(floors, unexplained=floors.open_)
         else:
             choice = fewer
-    return Judged(baselines, tuple(found), choice, floors)
+    return Selection(baselines, tuple(found), choice, floors)
