@@ -13,7 +13,7 @@ from ..criteria import ABOVE_FLOOR_RATIO, CHANGED_SHARE, NOTABLE_SHARE, SURE_FLO
 from ..evidence import Candidate, Gap, ParameterChange, Place
 from ..result import Diagnosis
 
-DISTINCT_SHARE = 0.01
+DISTINCT = 0.01
 """Ends of a range that differ by less than this part of the larger are one value."""
 OVER = {"x": "position", "v": "speed", "a": "acceleration", "sgn v": "the direction of motion", "dwell": "rests"}
 """Coordinates in words."""
@@ -206,7 +206,7 @@ def range_text(p: Place) -> tuple[str, str]:
     ends = [v * unit.factor for v in p.range]
     largest, distinct = max(*map(abs, ends), 1e-300), abs(ends[1] - ends[0])
     step = 10.0 ** (np.floor(np.log10(largest)) - 1)
-    if distinct > DISTINCT_SHARE * largest:
+    if distinct > DISTINCT * largest:
         step = min(step, 10.0 ** np.floor(np.log10(distinct)))
     low, high = (Display(unit.unit, 1.0)(round(v / step) * step + 0.0) for v in ends)
     return low, high
