@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tsm_fmu.cosim.cases import chosen, run_cases
+from tsm_fmu.cosim.cases import run_cases, selected
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.scenarios import single_tsm_drive as scenario
 
@@ -15,7 +15,7 @@ R, NAMES = scenario.R, ("1_hz.5_mm", "1_hz.25_mm")
 @pytest.fixture(scope="module")
 def runs(fmus):
     cases = scenario.cases({name: fmus(name) for name in scenario.FMUS})
-    return run_cases(chosen(cases, NAMES), record=scenario.RECORD)
+    return run_cases(selected(cases, NAMES), record=scenario.RECORD)
 
 
 def test_the_motor_carries_the_tension_and_the_tension_is_load_and_friction(runs):

@@ -7,7 +7,7 @@ import control
 import numpy as np
 import pytest
 
-from tsm_fmu.cosim.cases import chosen, run_cases, statistics
+from tsm_fmu.cosim.cases import run_cases, selected, statistics
 from tsm_fmu.cosim.master import simulate_system
 from tsm_fmu.cosim.order import schedule
 from tsm_fmu.cosim.system import Component, Connection, System, check_system
@@ -28,7 +28,7 @@ CASES = (
 
 @pytest.fixture(scope="module")
 def cases(fmus):
-    return chosen(scenario.cases({name: fmus(name) for name in scenario.FMUS}), CASES)
+    return selected(scenario.cases({name: fmus(name) for name in scenario.FMUS}), CASES)
 
 
 @pytest.fixture(scope="module")

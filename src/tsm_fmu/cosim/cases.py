@@ -41,7 +41,7 @@ def with_values(cases: Mapping[str, Case], values: Mapping[str, str]) -> dict[st
     }
 
 
-def chosen(cases: Mapping[str, Case], names: Sequence[str]) -> dict[str, Case]:
+def selected(cases: Mapping[str, Case], names: Sequence[str]) -> dict[str, Case]:
     """Return the named cases in their own order; all without names.
 
     Raises

@@ -15,7 +15,7 @@ import numpy as np
 
 from .. import __version__
 from ..card import ModelCard, write_card
-from ..cosim.cases import chosen, run_cases, statistics
+from ..cosim.cases import run_cases, selected, statistics
 from ..cosim.metric import CaseMetrics, Metric
 from ..cosim.replay import agreement, replay
 from ..cosim.trajectory import Trajectory
@@ -63,7 +63,7 @@ def run_demo(out: Path, progress: Callable[[str], None] = lambda _: None) -> Pat
     progress(f"building {len(MODELS)} FMUs")
     fmus = {m.NAME: build_fmu(Kernel(m), out / "fmus") for m in MODELS}
     progress("co-simulating the loop of MSSP 2015 with and without compensation")
-    cases = chosen(mssp_feedforward.cases(fmus), CASES)
+    cases = selected(mssp_feedforward.cases(fmus), CASES)
     runs = run_cases(cases, record=mssp_feedforward.RECORD)
     metrics = statistics(cases, runs)
     progress(f"fitting {MODEL} to the sample log")

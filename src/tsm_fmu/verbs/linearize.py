@@ -24,7 +24,7 @@ from ..report.figures import Figure
 from ..report.panel import Panel
 from ..report.text import text_table
 from . import TIME_LIMIT
-from .systems import opened
+from .systems import Settings, opened
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -230,7 +230,8 @@ def linearize(
         No such scenario, file, case or port, or a response that tells nothing.
     """
     folder = None if out is None else Path(out)
-    with _system(what, folder, values or {}, case, step, jacobi, loops, isolate, time_limit) as (name, one, module, go):
+    settings = Settings(values or {}, case, None, step, jacobi, loops, isolate, time_limit)
+    with _system(what, folder, settings) as (name, one, module, go):
         usual = getattr(module, "DESIGNED", (None, None))
         source, target = input or usual[0], output or usual[1]
         if source is None or target is None:
@@ -252,19 +253,11 @@ def linearize(
 
 @contextmanager
 def _system(
-    what: str | os.PathLike[str],
-    folder: Path | None,
-    values: Mapping[str, object],
-    case: Sequence[str],
-    step: float | None,
-    jacobi: bool,
-    loops: str | None,
-    isolate: bool | None,
-    time_limit: float,
+    what: str | os.PathLike[str], folder: Path | None, settings: Settings
 ) -> Iterator[tuple[str, Case, Any, Callable[..., Trajectory]]]:
     """Name, system, scenario and where to simulate; an FMU is a system of its own."""
     if not os.fspath(what).endswith(".fmu"):
-        with opened(what, folder, values, case, None, step, jacobi, loops, isolate, time_limit) as system:
+        with opened(what, folder, settings) as system:
             name, one = next(iter(system.cases.items()))
             yield name, one, system.scenario, system.simulate
         return
@@ -272,10 +265,10 @@ def _system(
     description = describe(path)
     usual = getattr(description.model.defaultExperiment, "stepSize", None)
     inputs = {p.name: p.start or 0 for p in description.inputs if p.kind == "Real"}
-    given = {name.removeprefix("unit."): str(value) for name, value in values.items()}
+    given = {name.removeprefix("unit."): str(value) for name, value in settings.values.items()}
     system = System((Component("unit", path, {**inputs, **given}),), (), path.stem)
-    with simulation([path], isolate, time_limit) as there:
-        experiment = Experiment(stop=1.0, step=step or float(usual or 1e-3))
+    with simulation([path], settings.isolate, settings.time_limit) as there:
+        experiment = Experiment(stop=1.0, step=settings.step or float(usual or 1e-3))
         yield path.stem, (system, experiment), None, there.simulate_system
 
 

@@ -18,7 +18,7 @@ from ..logs.plain_json import finite
 from ..models.contract import InputError
 from ..report.text import text_table
 from . import TIME_LIMIT
-from .systems import Opened, opened
+from .systems import Opened, Settings, opened
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -176,7 +176,8 @@ def run(
         With the rows until then, kept in ``out`` if that is given.
     """
     folder = None if out is None else Path(out)
-    with opened(what, folder, values or {}, case, stop, step, jacobi, loops, isolate, time_limit) as system:
+    settings = Settings(values or {}, case, stop, step, jacobi, loops, isolate, time_limit)
+    with opened(what, folder, settings) as system:
         try:
             runs = run_cases(system.cases, record=system.record, progress=progress, simulate=system.simulate)
         except (SimulationStopped, SimulationInterrupted) as early:

@@ -13,7 +13,7 @@ from ..cosim.step_study import step_study as study_case
 from ..models.contract import InputError
 from ..report.text import text_table
 from . import TIME_LIMIT
-from .systems import opened
+from .systems import Settings, opened
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -120,7 +120,8 @@ def step_study(
     """
     if not 1 <= halvings <= 10:
         raise InputError(f"halvings {halvings!r} -- expected 1 to 10 -- correct it")
-    with opened(what, None, values or {}, case, stop, step, False, loops, isolate, time_limit) as system:
+    settings = Settings(values or {}, case, stop, step, loops=loops, isolate=isolate, time_limit=time_limit)
+    with opened(what, None, settings) as system:
         name, one = next(iter(system.cases.items()))
         present = {c.name for c in one[0].components}
         record = None if system.record is None else [a for a in system.record if a.partition(".")[0] in present]

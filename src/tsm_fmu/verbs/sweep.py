@@ -22,7 +22,7 @@ from ..models.contract import InputError
 from ..report import write_report
 from ..report.text import text_table
 from . import TIME_LIMIT
-from .systems import opened
+from .systems import Settings, opened
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -170,10 +170,9 @@ def sweep(
     """
     folder = None if out is None else Path(out)
     here = isolate if scheduler is None else False
+    settings = Settings(values or {}, case, stop, step, jacobi, loops, here, time_limit)
     with ExitStack() as stack:
-        system = stack.enter_context(
-            opened(what, folder, values or {}, case, stop, step, jacobi, loops, here, time_limit)
-        )  # fmt: skip
+        system = stack.enter_context(opened(what, folder, settings))
         axes = sweeping.grid(system.cases, vary)
         mapped = map if scheduler is None else stack.enter_context(cluster(scheduler))
         kept = None

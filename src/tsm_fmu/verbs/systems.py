@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from types import ModuleType
 from typing import Any
 
-from ..cosim.cases import chosen, with_values
+from ..cosim.cases import selected, with_values
 from ..cosim.isolation import simulation
 from ..cosim.master import number_of_steps
 from ..cosim.order import LOOPS
@@ -21,6 +21,50 @@ from ..fmu.build import build_fmu
 from ..kernels.kernel import kernel
 from ..models.contract import InputError
 from ..scenarios import SCENARIOS
+from . import TIME_LIMIT
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a system is to run: what `run`, `sweep`, `step_study` and `linearize` have in common.
+
+    Attributes
+    ----------
+    values : mapping of str to value
+        Start values by ``component.variable``.
+    case : sequence of str
+        Cases to run; all if empty.
+    stop, step : float or None
+        Stop time and communication step [s]; those of the system if None.
+    jacobi : bool
+        Exchange all values at once, not in order of the signals (Gauss-Seidel).
+    loops : str or None
+        What becomes of algebraic loops, one of `tsm_fmu.cosim.order.LOOPS`; as the system says if None.
+    isolate : bool or None
+        Simulate in a process of its own; if None, where an FMU is not ours.
+    time_limit : float
+        Longest time of one call of an FMU there [s].
+    """
+
+    values: Mapping[str, object]
+    case: Sequence[str] = ()
+    stop: float | None = None
+    step: float | None = None
+    jacobi: bool = False
+    loops: str | None = None
+    isolate: bool | None = None
+    time_limit: float = TIME_LIMIT
+
+    def __post_init__(self) -> None:
+        if self.loops is not None and self.loops not in LOOPS:
+            raise InputError(f"--loops {self.loops!r} -- expected one of {', '.join(LOOPS)} -- choose one")
+
+    @property
+    def timing(self) -> dict[str, Any]:
+        """What of an experiment is changed, by the name of its field."""
+        changed = {"stop": self.stop, "step": self.step, "loops": self.loops}
+        found: dict[str, Any] = {name: value for name, value in changed.items() if value is not None}
+        return found | {"method": "jacobi"} if self.jacobi else found
 
 
 @dataclass(frozen=True)
@@ -43,19 +87,16 @@ class Opened:
 
 
 @contextmanager
-def opened(
-    what: str | os.PathLike[str],
-    out: Path | None,
-    values: Mapping[str, object],
-    case: Sequence[str],
-    stop: float | None,
-    step: float | None,
-    jacobi: bool,
-    loops: str | None,
-    isolate: bool | None,
-    time_limit: float,
-) -> Iterator[Opened]:
+def opened(what: str | os.PathLike[str], out: Path | None, settings: Settings) -> Iterator[Opened]:
     """The systems with their start values and timing; without ``out`` their FMUs exist as long as the context.
+
+    Parameters
+    ----------
+    what : str or Path
+        Name of a scenario, or a file that ends in ``.ssp``.
+    out : Path or None
+        Folder for the FMUs of a scenario.
+    settings : Settings
 
     Raises
     ------
@@ -67,13 +108,6 @@ def opened(
     if out is not None and out.exists() and not out.is_dir():
         raise InputError(f"--out {out} is a file -- expected a folder -- choose another")
     scenario = SCENARIOS.get(what)
-    timing: dict[str, Any] = {k: v for k, v in (("stop", stop), ("step", step)) if v is not None}
-    if loops is not None:
-        timing["loops"] = loops
-        if loops not in LOOPS:
-            raise InputError(f"--loops {loops!r} -- expected one of {', '.join(LOOPS)} -- choose one")
-    if jacobi:
-        timing["method"] = "jacobi"
     with ExitStack() as stack:
         if scenario is not None:
             folder = (out or Path(stack.enter_context(TemporaryDirectory(prefix="tsm-fmu-")))).resolve()
@@ -85,14 +119,16 @@ def opened(
             raise InputError(
                 f"{what!r} -- expected one of {', '.join(SCENARIOS)} or a file that ends in .ssp -- correct the name"
             )
-        cases = with_values(chosen(cases, case), {name: str(value) for name, value in values.items()})
-        cases = {name: (system, replace(experiment, **timing)) for name, (system, experiment) in cases.items()}
+        cases = with_values(
+            selected(cases, settings.case), {name: str(value) for name, value in settings.values.items()}
+        )
+        cases = {name: (system, replace(experiment, **settings.timing)) for name, (system, experiment) in cases.items()}
         for _, experiment in cases.values():
             number_of_steps(experiment.start, experiment.stop, experiment.step)
         fmus = {c.fmu for system, _ in cases.values() for c in system.components}
         if scenario is not None:
             _build(fmus)
-        there = stack.enter_context(simulation(fmus, isolate, time_limit))
+        there = stack.enter_context(simulation(fmus, settings.isolate, settings.time_limit))
         name = what if scenario is not None else Path(what).name.removesuffix(".ssp")
         yield Opened(name, cases, record, scenario, there.simulate_system)
 
