@@ -14,6 +14,7 @@ from tests.browser import assert_readable, needs_chromium
 from tsm_fmu.card import read_card
 from tsm_fmu.diagnosis.evidence import Gap
 from tsm_fmu.diagnosis.report.page import _closed, _gaps
+from tsm_fmu.diagnosis.report.plots import straight_line
 from tsm_fmu.diagnosis.report.write import write_diagnosis
 from tsm_fmu.diagnosis.result import Diagnosis
 from tsm_fmu.diagnosis.workflow import diagnose
@@ -75,6 +76,16 @@ def test_the_report_holds_the_answer_and_its_evidence(written: tuple[Path, dict]
     for name in data["not_excited"]:
         assert name in json.loads((path.parent / "diagnosis.json").read_text(encoding="utf-8"))["not_excited"]
     assert f"{31:064d}" in text
+
+
+def test_a_loop_is_drawn_less_its_straight_line_where_the_line_hides_it() -> None:
+    x = np.sin(np.linspace(0.0, 14.0, 700))
+    loop = 0.013 * np.sign(np.gradient(x))
+    line = straight_line(x, 1.7 * x + 0.4 + loop)
+    assert line is not None
+    assert np.abs(line - 1.7 * x - 0.4).max() < 0.013
+    assert straight_line(x, 0.01 * x + loop) is None  # friction is its own picture
+    assert straight_line(np.full(9, 0.3), np.linspace(0.0, 1.0, 9)) is None
 
 
 def test_a_quantity_has_one_number_on_the_page(written: tuple[Path, dict]) -> None:

@@ -12,7 +12,7 @@ import pytest
 
 import tsm_fmu.diagnosis as package
 from tsm_fmu.card import ModelCard
-from tsm_fmu.diagnosis.evidence import Candidate, Gap
+from tsm_fmu.diagnosis.evidence import AnswerStep, Candidate, ChannelError, Gap
 from tsm_fmu.diagnosis.result import Diagnosis
 
 GAP = Gap("rad", 0.0131, 0.0024, 0.0121, 0.0023, 0.0019, 0.0011, 0.93, 0.91, None, 0.0122, 0.0120)
@@ -61,10 +61,32 @@ def test_tables_have_the_numbers_of_the_data() -> None:
 
 def test_the_figure_has_a_plot_for_each_channel_in_the_unit_of_people() -> None:
     figure = diagnosis().figure()
-    angle, force = figure.panels
+    _, angle, force = figure.panels
     assert np.allclose([*angle.bars.values()], np.degrees([0.0121, 0.0120, 0.0023, 0.0019]))
     assert np.allclose([*force.bars.values()], [0.31, 0.29, 0.04, 0.04])
-    assert [p.title.partition(": ")[2] for p in figure.panels] == ["x_out [deg], held out", "F [N]"]
+    assert [p.title.partition(": ")[2] for p in figure.panels] == [
+        "x_out [deg], measured",
+        "x_out [deg], held out",
+        "F [N], measured",
+    ]
+
+
+def test_the_figure_goes_from_the_model_as_given_past_other_effects_to_the_answer() -> None:
+    listed = (
+        Candidate("inertia", 9.0, 0.9, 0.9, {}, channels={"x_out": ChannelError(0.0024, holdout=0.0023)}),
+        Candidate("delay@F", 3.0, 0.3, 0.3, {}, channels={"x_out": ChannelError(0.0077, holdout=0.0079)}),
+        Candidate("creep@x_out", 2.0, 0.2, 0.1, {}, channels={"x_out": ChannelError(0.0101, holdout=None)}),
+        Candidate("wear", 1.0, 0.2, 0.1, {}, channels={"x_out": ChannelError(0.0111, holdout=0.0113)}, testable=False),
+    )
+    step = AnswerStep(("inertia",), {"x_out": 0.0055}, {"x_out": 0.0056})
+    effects = ("inertia", "creep@x_out")
+    told = diagnosis(effects=effects, equivalent=(), candidates=listed, gap={"x_out": GAP}, steps=(step,))
+    measured, held_out = told.figure().panels
+    names = ["as given", "refitted", "delay@F alone", "+ inertia", "+ inertia + creep", "floor"]
+    assert list(measured.bars) == names == list(held_out.bars)
+    assert np.allclose([*measured.bars.values()], np.degrees([0.0131, 0.0122, 0.0077, 0.0055, 0.0024, 0.0019]))
+    assert np.allclose([*held_out.bars.values()], np.degrees([0.0121, 0.0120, 0.0079, 0.0056, 0.0023, 0.0019]))
+    assert set(measured.accent) == {"+ inertia", "+ inertia + creep"}
 
 
 def test_a_notebook_shows_the_answer_as_text() -> None:

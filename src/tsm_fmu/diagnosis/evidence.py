@@ -87,11 +87,32 @@ class ChannelError:
     closure_measured, closure_holdout : tuple of (float, float) or None
         Share of the refitted model's gap that is gone, counted above the least and above the full floor; None where
         there is no gap, or no held-out run.
+    holdout : float or None
+        RMS on held-out runs if there are any: the refitted model's, less what the effect takes away on their samples
+        that fits are judged by.
     """
 
     measured: float
     closure_measured: tuple[float, float] | None = None
     closure_holdout: tuple[float, float] | None = None
+    holdout: float | None = None
+
+
+@dataclass(frozen=True)
+class AnswerStep:
+    """Some effects of an answer of several, refitted with the model: on the way to the answer.
+
+    Attributes
+    ----------
+    effects : tuple of str
+        As ``id`` or ``id@channel``, in the order added.
+    measured, holdout : mapping of str to float
+        RMS by channel; ``holdout`` is empty without held-out runs.
+    """
+
+    effects: tuple[str, ...]
+    measured: Mapping[str, float]
+    holdout: Mapping[str, float]
 
 
 @dataclass(frozen=True)

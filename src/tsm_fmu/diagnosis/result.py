@@ -6,7 +6,7 @@ Quantities are in SI; ``unit`` says which. Arrays are not to be changed.
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import pandas as pd
@@ -17,6 +17,7 @@ from ..effects.about import Family
 from ..logs.display import display
 from ..report import Figure, bar_figure
 from .evidence import (
+    AnswerStep,
     Candidate,
     FamilyShare,
     Gap,
@@ -28,6 +29,9 @@ from .evidence import (
     ResidualShape,
     RunComparison,
 )
+
+MOST_DRAWN = 3
+"""Other effects, each alone, in the picture of the gap: the best ones."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,8 @@ class Diagnosis:
         What the laws of each family predict of the residual of each channel, most first; where something is missing.
     candidates : tuple of Candidate
         Best first.
+    steps : tuple of AnswerStep
+        What the first effects of an answer of several left; empty for one effect.
     where : tuple of Place
         Of the residual of ``located``, most telling first.
     located : str
@@ -99,6 +105,7 @@ class Diagnosis:
     family: tuple[Family, ...] = ()
     family_evidence: tuple[FamilyShare, ...] = ()
     candidates: tuple[Candidate, ...] = ()
+    steps: tuple[AnswerStep, ...] = ()
     where: tuple[Place, ...] = ()
     located: str = "refitted"
     shapes: tuple[ResidualShape, ...] = ()
@@ -179,23 +186,68 @@ class Diagnosis:
         return pd.DataFrame.from_dict(rows, orient="index").dropna(axis="columns", how="all").rename_axis("channel")
 
     def figure(self) -> Figure:
-        """Error of each channel before, refitted and with the answer, beside its floor; held-out runs if any."""
+        """The gap as it shrinks, measured and held out: as given, refitted, other effects, the answer's, floor."""
         bars: dict[str, dict[str, float]] = {}
         for channel, g in self.gap.items():
-            on_holdout = g.holdout_before is not None
-            errors = (g.before, g.refitted, g.after)
-            if on_holdout:
-                errors = (g.holdout_before, g.holdout_refitted, g.holdout_after)
-            in_unit = display(g.unit, max(g.before, g.floor))
-            name = f"{channel} [{in_unit.unit}]{', held out' if on_holdout else ''}"
-            stages = ("as given", "refitted", "with the answer", "floor")
-            bars[name] = {s: in_unit.factor * (e or 0.0) for s, e in zip(stages, (*errors, g.floor), strict=True)}
-        return bar_figure(bars, "Error (RMS) before and after")
+            shown = display(g.unit, max(g.before, g.floor))
+            for side, errors in (("measured", self._measured(channel)), ("held out", self._held_out(channel))):
+                if errors:
+                    bars[f"{channel} [{shown.unit}], {side}"] = {n: shown.factor * e for n, e in errors.items()}
+        answers = {bar for c in self.gap for bar in (*self._step_bars(c), self._answer_bar(c))}
+        return bar_figure(bars, "Error (RMS)", answers)
+
+    def _measured(self, channel: str) -> dict[str, float]:
+        """Errors on measured runs by the name of their bar."""
+        g = self.gap[channel]
+        others = {_alone(c.spec, channel): c.channels[channel].measured for c in self._others(channel)}
+        steps = {bar: s.measured[channel] for bar, s in self._step_bars(channel).items()}
+        answer = {self._answer_bar(channel): g.after}
+        return {"as given": g.before, "refitted": g.refitted, **_falling(others), **steps, **answer, "floor": g.floor}
+
+    def _held_out(self, channel: str) -> dict[str, float]:
+        """The same on held-out runs; empty without."""
+        g = self.gap[channel]
+        if g.holdout_before is None:
+            return {}
+        others = {_alone(c.spec, channel): c.channels[channel].holdout for c in self._others(channel)}
+        steps = {bar: s.holdout.get(channel) for bar, s in self._step_bars(channel).items()}
+        errors = {
+            "as given": g.holdout_before, "refitted": g.holdout_refitted,
+            **_falling({n: e for n, e in others.items() if e is not None}), **steps,
+            self._answer_bar(channel): g.holdout_after, "floor": g.floor,
+        }  # fmt: skip
+        return {name: e for name, e in errors.items() if e is not None}
+
+    def _others(self, channel: str) -> list[Candidate]:
+        """The best effects that are not in the answer's model."""
+        there = (*self.effects, *(self.final.effects if self.final else ()))
+        return [c for c in self.candidates if c.testable and c.spec not in there and channel in c.channels][:MOST_DRAWN]
+
+    def _step_bars(self, channel: str) -> dict[str, AnswerStep]:
+        return {_added(s.effects, channel): s for s in self.steps}
+
+    def _answer_bar(self, channel: str) -> str:
+        either = " or ".join(next(iter(self.equivalent), ()))
+        return _added(self.effects, channel) or either or "answer"
 
     def _repr_html_(self) -> str:
         tables = "".join(f.to_html(na_rep="") for f in (self.gap_frame(), self.to_frame()) if len(f))
         notes = "".join(f"<li>{html.escape(note)}</li>" for note in self.notes)
         return f"<p><b>{html.escape(self.answer)}</b></p>{tables}<ul>{notes}</ul>"
+
+
+def _alone(spec: str, channel: str) -> str:
+    """Bar of an effect that is not in the answer; its place is said where it is another channel."""
+    return f"{spec.removesuffix('@' + channel)} alone"
+
+
+def _added(specs: Sequence[str], channel: str) -> str:
+    """Bar of effects of the answer."""
+    return " ".join(f"+ {spec.removesuffix('@' + channel)}" for spec in specs)
+
+
+def _falling(errors: Mapping[str, float]) -> dict[str, float]:
+    return dict(sorted(errors.items(), key=lambda item: -item[1]))
 
 
 def _indented(title: str, text: str) -> str:

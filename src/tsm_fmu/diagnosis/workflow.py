@@ -12,7 +12,7 @@ from ..effects import EFFECTS, id_of
 from ..kernels.kernel import Kernel
 from ..logs.record import Record
 from ..regression.problem import FitRun
-from .answer.candidates import candidates_of, rows_of
+from .answer.candidates import candidates_of, rows_of, steps_of
 from .answer.family import families_of, family_evidence
 from .answer.gaps import errors_of, gaps
 from .answer.next_motion import next_motion
@@ -191,8 +191,9 @@ def _described(
     bounds = bound_notes(before.refitted.fitted, verdict.final)
     diagnosis = Diagnosis(
         verdict.word, effects=verdict.effects, equivalent=(verdict.equivalent,) if verdict.equivalent else (),
-        not_excited=found.not_excited, not_applicable=found.not_applicable, candidates=candidates, where=where,
-        located=stage,        shapes=shapes, gap=gap, channels=runs.channels, given=given,
+        not_excited=found.not_excited, not_applicable=found.not_applicable, candidates=candidates,
+        steps=steps_of(found.judged.hypotheses, verdict.effects, gap, before.refitted, runs.measured), where=where,
+        located=stage, shapes=shapes, gap=gap, channels=runs.channels, given=given,
         refitted=refitted, final=final, changes=changes_of(before.given, verdict.final),
         model=card_of(verdict.final, used, preset, seed), next_motion=_next_motion(found, candidates), gate=checked,
         runs=_comparisons(found, measured), compared_from=_compared_from(runs), motion=runs.model.motion,

@@ -9,9 +9,20 @@ import numpy as np
 from bokeh.document import Document
 from bokeh.embed import json_item
 from bokeh.layouts import gridplot
-from bokeh.models import BoxAnnotation, BoxZoomTool, HoverTool, LabelSet, PanTool, ResetTool, SaveTool, Span, Title
-
-from bokeh.models import ColumnDataSource, WheelZoomTool  # isort: skip
+from bokeh.models import (
+    BasicTicker,
+    BoxAnnotation,
+    BoxZoomTool,
+    ColumnDataSource,
+    HoverTool,
+    LabelSet,
+    PanTool,
+    ResetTool,
+    SaveTool,
+    Span,
+    Title,
+    WheelZoomTool,
+)  # fmt: skip
 from bokeh.plotting import figure
 from bokeh.themes import Theme
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +34,9 @@ MOST_POINTS = 2000
 
 MARKED = "#d0453c"
 """Colour of what is marked or printed, in every figure."""
+
+ACCENT = 2
+"""Number of the colour of bars that stand out."""
 
 THEME = Theme(json={"attrs": {"Axis": {"axis_label_text_font_style": "normal", "axis_label_text_font_size": "13px",
                                        "major_label_text_font_size": "12px"}}})  # fmt: skip
@@ -65,7 +79,7 @@ def thinned(x: ArrayLike, y: ArrayLike, most: int = MOST_POINTS) -> tuple[NDArra
 
 
 def _plot(panel: Panel, most_points: int) -> Any:
-    axis: dict[str, Any] = {"x_range": list(panel.bars)} if panel.bars else {}
+    axis: dict[str, Any] = {"y_range": list(panel.bars)[::-1]} if panel.bars else {}
     if panel.log_x:
         axis["x_axis_type"] = "log"
     hover = HoverTool(tooltips=[("x", "$x"), ("y", "$y")])
@@ -99,19 +113,20 @@ def _plot(panel: Panel, most_points: int) -> Any:
 def _bars(plot: Any, panel: Panel) -> None:
     if not panel.bars:
         return
-    names, heights = list(panel.bars), list(panel.bars.values())
+    names, values = list(panel.bars), list(panel.bars.values())
     source = ColumnDataSource({
-        "x": names, "top": heights, "text": [f"{value:.3g}" for value in heights],
-        "fill": [colour(k) for k in range(len(names))],
+        "y": names, "right": values, "text": [f"{value:.3g}" for value in values],
+        "fill": [colour(ACCENT if name in panel.accent else 0) for name in names],
     })  # fmt: skip
-    plot.vbar(x="x", top="top", width=0.7, color="fill", source=source)
-    plot.add_layout(
-        LabelSet(x="x", y="top", text="text", text_align="center", y_offset=3, source=source, text_font_size="13px")
-    )
-    finite = [h for h in heights if np.isfinite(h)]
+    plot.hbar(y="y", right="right", height=0.7, color="fill", source=source)
+    label = LabelSet(x="right", y="y", text="text", text_baseline="middle", x_offset=4, source=source)
+    label.text_font_size = "13px"
+    plot.add_layout(label)
+    finite = [v for v in values if np.isfinite(v)]
     low, high = min([0.0, *finite]), max([0.0, *finite])
-    plot.y_range.start, plot.y_range.end = 1.12 * low, 1.12 * high or 1.0  # room for the numbers
-    plot.xaxis.major_label_orientation = 0.5
+    plot.x_range.start, plot.x_range.end = 1.12 * low, 1.5 * high or 1.0  # room for the numbers
+    plot.xaxis.ticker = BasicTicker(desired_num_ticks=4, num_minor_ticks=0)
+    plot.ygrid.visible = False
 
 
 def _marked(plot: Any, panel: Panel) -> None:

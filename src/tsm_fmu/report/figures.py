@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +14,9 @@ from numpy.typing import ArrayLike
 from ..logs.display import display
 from .embed import Plot, single_page
 from .panel import Band, Line, Panel, Span
+
+BAR_PIXELS, AXIS_PIXELS = 30, 50
+"""Height of a bar with the room about it, and of the axis below."""
 
 
 @dataclass(frozen=True)
@@ -64,9 +67,22 @@ def band_figure(bands: Sequence[Band], title: str, x_label: str, y_label: str) -
     return Figure(title, (Panel(x_label, y_label, bands=bands, height=380),))
 
 
-def bar_figure(groups: Mapping[str, Mapping[str, float]], title: str) -> Figure:
-    """Bars side by side; a plot with an axis of its own for each group, whose name says its unit."""
-    return Figure(title, tuple(Panel(title=f"{title}: {name}", bars=bars) for name, bars in groups.items()))
+def bar_figure(groups: Mapping[str, Mapping[str, float]], title: str, accent: Collection[str] = ()) -> Figure:
+    """Bars one below the other; a plot with an axis of its own for each group, whose name says its unit.
+
+    Parameters
+    ----------
+    groups : mapping of str to mapping of str to float
+        Heights by the bars' names.
+    title : str
+    accent : collection of str
+        Names of bars that stand out.
+    """
+    panels = [
+        Panel(title=f"{title}: {name}", bars=bars, accent=accent, height=BAR_PIXELS * len(bars) + AXIS_PIXELS)
+        for name, bars in groups.items()
+    ]
+    return Figure(title, tuple(panels))
 
 
 def time_figure(lines: Sequence[Line], title: str, unit: str) -> Figure:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from numpy.typing import ArrayLike
@@ -62,7 +62,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes and what is drawn on them."""
+    """One pair of axes and what is drawn on them; bars lie, so that their names can be read, ``accent`` stands out."""
 
     x_label: str = ""
     y_label: str = ""
@@ -70,6 +70,7 @@ class Panel:
     lines: Sequence[Line] = ()
     bands: Sequence[Band] = ()
     bars: Mapping[str, float] = field(default_factory=dict)
+    accent: Collection[str] = ()
     points: Sequence[Points] = ()
     spans: Sequence[Span] = ()
     levels: Sequence[Level] = ()

@@ -11,7 +11,7 @@ from ...regression.problem import FitRun
 from ..choice.floors import Floors
 from ..choice.hypotheses import Hypothesis
 from ..choice.supported import Choice, log_residual
-from ..evidence import Candidate, ChannelError, Gap
+from ..evidence import AnswerStep, Candidate, ChannelError, Gap
 from ..fits.refit import Fitted
 from .gaps import closure
 
@@ -81,7 +81,8 @@ def candidates_of(
         channels = {}
         for c, channel in enumerate(gap):
             parts = [_range(before[c], after[c], least[c], floor[c]) for before, after in squares]
-            channels[channel] = ChannelError(float(measured[c]), *parts)
+            held_out = _held_out(gap[channel], squares[1][0][c], squares[1][1][c]) if squares[1:] else None
+            channels[channel] = ChannelError(float(measured[c]), *parts, holdout=held_out)
         values = one.parameters(spec)
         found.append(
             Candidate(
@@ -91,6 +92,46 @@ def candidates_of(
             )
         )  # fmt: skip
     return tuple(sorted(found, key=lambda c: -c.score))
+
+
+def steps_of(
+    hypotheses: Sequence[Hypothesis], effects: Sequence[str], gap: Mapping[str, Gap], refitted: Hypothesis,
+    runs: Sequence[FitRun],
+) -> tuple[AnswerStep, ...]:  # fmt: skip
+    """What the first effects of an answer of several left, each time the best of as many among the hypotheses.
+
+    Parameters
+    ----------
+    hypotheses : sequence of Hypothesis
+    effects : sequence of str
+        Of the answer.
+    gap : mapping of str to Gap
+    refitted : Hypothesis
+        The model without effects.
+    runs : sequence of FitRun
+        All samples of the measured runs.
+    """
+    steps, there = [], set()
+    for size in range(1, len(effects)):
+        fits = [h for h in hypotheses if len(h.added) == size and there < set(h.added) < set(effects)]
+        best = min(fits, key=log_residual, default=None)
+        if best is None:
+            break
+        there, holdout = set(best.added), {}
+        for c, (channel, g) in enumerate(gap.items()):
+            if best.held_out is not None and refitted.held_out is not None:
+                rms = _held_out(g, refitted.held_out[c], best.held_out[c])
+                holdout |= {} if rms is None else {channel: rms}
+        measured = dict(zip(gap, map(float, best.fitted.at(runs).rmse), strict=True))
+        steps.append(AnswerStep(best.added, measured, holdout))
+    return tuple(steps)
+
+
+def _held_out(gap: Gap, before: float, after: float) -> float | None:
+    """RMS on all samples of the held-out runs, from mean squares before and after on the samples that a fit has."""
+    if gap.holdout_refitted is None or not before > 0.0:
+        return None
+    return float(gap.holdout_refitted * np.sqrt(after / before))
 
 
 def _range(before: float, after: float, least: float, floor: float) -> tuple[float, float] | None:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
+from ...kernels.arrays import FloatArray
 from ...logs.display import display
 from ...report import Band, Figure, Line, Section, band_figure, loop_figure, time_figure
 from ..evidence import NextMotion, ResidualShape
@@ -53,9 +56,14 @@ def _run_section(found: Diagnosis, k: int, names: Mapping[str, str]) -> Section:
         if run.motion is not None:
             speed = "/s" if found.motion == "v" else ""
             along = display(found.motion_unit + speed, float(abs(run.motion).max()))
-            loop = [Line(n, run.motion * along.factor, y, n == "measured") for n, y in sides.items()]
-            title = f"{channel} over {found.motion}"
-            figures.append(loop_figure(loop, title, f"{found.motion} [{along.unit}]", f"{channel} [{unit.unit}]"))
+            x, line = run.motion * along.factor, straight_line(run.motion, measured)
+            loops, title, shown = sides, f"{channel} over {found.motion}", unit
+            if line is not None:
+                shown = display(gap.unit, float((measured - line).std()))
+                loops = {n: y * (shown.factor / unit.factor) - line * shown.factor for n, y in sides.items()}
+                title += ", less the measurement's straight line"
+            loop = [Line(n, x, y, n == "measured") for n, y in loops.items()]
+            figures.append(loop_figure(loop, title, f"{found.motion} [{along.unit}]", f"{channel} [{shown.unit}]"))
         time = [Line(n, run.time, y, n == "measured") for n, y in sides.items()]
         figures.append(time_figure(time, channel, f"[{unit.unit}]"))
         small = display(gap.unit, gap.before)
@@ -66,6 +74,13 @@ def _run_section(found: Diagnosis, k: int, names: Mapping[str, str]) -> Section:
     plotted = min(MOST_RUNS, len(found.runs))
     remark = f"{plotted} of {len(found.runs)} runs are drawn." if k == 0 and len(found.runs) > plotted else ""
     return Section(f"Run {run.record.name}", remark, figures=figures)
+
+
+def straight_line(x: FloatArray, y: FloatArray) -> FloatArray | None:
+    """The least-squares line where it hides the loop: where it is more than what it leaves."""
+    slope, level = np.polyfit(x, y, 1) if np.ptp(x) > 0.0 else (0.0, float(y.mean()))
+    line = slope * x + level
+    return line if np.var(line) > np.var(y - line) else None
 
 
 def motion_figures(motion: NextMotion) -> list[Figure]:
