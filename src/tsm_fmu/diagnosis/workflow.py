@@ -192,7 +192,7 @@ def _described(
     diagnosis = Diagnosis(
         verdict.word, effects=verdict.effects, equivalent=(verdict.equivalent,) if verdict.equivalent else (),
         not_excited=found.not_excited, not_applicable=found.not_applicable, candidates=candidates,
-        steps=steps_of(found.judged.hypotheses, verdict.effects, gap, before.refitted, runs.measured), where=where,
+        steps=steps_of(found.selection.hypotheses, verdict.effects, gap, before.refitted, runs.measured), where=where,
         located=stage, shapes=shapes, gap=gap, channels=runs.channels, given=given,
         refitted=refitted, final=final, changes=changes_of(before.given, verdict.final),
         model=card_of(verdict.final, used, preset, seed), next_motion=_next_motion(found, candidates), gate=checked,
