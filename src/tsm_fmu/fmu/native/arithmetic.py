@@ -25,7 +25,7 @@ SAFE = ("asinh", "atan", "atan2", "copysign", "degrees", "radians", "tanh")
 
 RETURN_NOTHING = "return @nothing@;"
 """Stands in for what a failing function returns until the type of its result is known."""
-CHECK = f"if (fault->raised) {RETURN_NOTHING}"
+CHECK = f"if (RARELY(fault->raised)) {RETURN_NOTHING}"
 """Follows each statement that may have noted a fault."""
 
 

@@ -19,8 +19,10 @@ from .interface_source import interface_files
 from .model_source import model_files
 from .zig import binaries
 
-LAYER = ("checked.c", "checked.h", "dual.h", "interface.h", "slave.c", "slave.h", "states.c", "step.c")
-"""C files that are the same in every FMU, beside those of the FMI version."""
+LAYER = ("checked.c", "checked.h", "dual.h", "interface.h", "slave.c", "slave.h", "states.c", "step.c", "fmi_alike.h")
+"""C files that are the same in every FMU."""
+CALLS = {2: ("fmi2.c", "fmi2_step.c"), 3: ("fmi3.c", "fmi3_absent.c", "fmi3_step.c")}
+"""Those of the FMI version."""
 HEADERS = {
     2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
     3: ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
@@ -112,10 +114,10 @@ def sources_of(kernel: Kernel, fmu: Any, fmi: int) -> dict[str, str]:
     """All C files of an FMU by name."""
     layer = resources.files("tsm_fmu.fmu.native").joinpath("c")
     standard = resources.files("fmpy").joinpath("c-code")
-    files = {file: layer.joinpath(file).read_text(encoding="utf-8") for file in (*LAYER, f"fmi{fmi}.c")}
+    files = {file: layer.joinpath(file).read_text(encoding="utf-8") for file in (*LAYER, *CALLS[fmi])}
     files |= {file: standard.joinpath(file).read_text(encoding="utf-8") for file in HEADERS[fmi]}
     files |= model_files(kernel) | interface_files(kernel.module, fmu, fmi)
-    fast = (f"{kernel.name}.c", "interface.c", "step.c")
+    fast = (f"{kernel.name}.c", "interface.c", "step.c", f"fmi{fmi}_step.c")
     small = sorted(file for file in files if file.endswith(".c") and file not in fast)
     # the GUID tells apart what compilers keep under the file's name
     fast_files = [f'#include "{file}"' for file in fast]

@@ -52,12 +52,8 @@ def _table(module: ModuleType, fmu: Interface, fmi: int) -> str:
         starts = [_number(e.variable, e.start or 0) for e in fmu.entries if e.causality == causality]
         lines += wrapped(f"{INDENT}{{{', '.join(_grouped(starts, Record(fields))) or '0'}}},")
     lines += ["};", ""]
-    for struct, fields in (("inputs", module.Inputs), ("outputs", module.Outputs)):
-        pointer = "u" if struct == "inputs" else "y"
-        terms = [f"{pointer}->{place.partition('.')[2]}" for place, _ in _places(pointer, Record(fields))]
-        lines += [f"double model_{struct}_sum(const {struct.capitalize()} *{pointer})", "{"]
-        lines += [] if terms else [f"{INDENT}(void){pointer};"]
-        lines += [*wrapped(f"{INDENT}return {' + '.join(terms) or '0.0'};"), "}", ""]
+    terms = [f"y->{place.partition('.')[2]}" for place, _ in _places("y", Record(module.Outputs))]
+    lines += ["double model_outputs_sum(const Outputs *y)", "{", *wrapped(f"{INDENT}return {' + '.join(terms)};"), "}"]
     return "\n".join(lines).rstrip() + "\n"
 
 

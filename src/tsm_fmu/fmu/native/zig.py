@@ -20,7 +20,10 @@ from tempfile import TemporaryDirectory
 
 from ...models.contract import InputError
 
-FLAGS = ("-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-fno-math-errno", "-g0")
+FLAGS = (
+    "-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-fno-math-errno", "-g0",
+    "-fomit-frame-pointer",
+)  # fmt: skip
 """Without contraction and fast-math: the bits are those of plain Python."""
 
 GLIBC = "2.17"

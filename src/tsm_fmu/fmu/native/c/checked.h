@@ -19,8 +19,10 @@
 
 #if defined(__GNUC__)
 #define RARELY(condition) __builtin_expect(condition, 0)
+#define COLD __attribute__((cold, noinline))
 #else
 #define RARELY(condition) (condition)
+#define COLD
 #endif
 
 typedef struct {
@@ -29,7 +31,7 @@ typedef struct {
 } Fault;
 
 /* Note a fault unless there is one; like printf, with %r for a double as Python's repr prints it. */
-void fault_raise(Fault *fault, const char *format, ...);
+COLD void fault_raise(Fault *fault, const char *format, ...);
 
 /* Write such a sentence into `text` of `size` characters. */
 void sentence_put(char *text, size_t size, const char *format, ...);
@@ -66,11 +68,17 @@ static inline int int_mod(int a, int b)
 }
 
 /* Result of a function of the math library: no NaN out of a number, no infinity out of a finite one. */
-double checked_not_finite(double result, double argument, bool can_overflow, Fault *fault);
+COLD double checked_not_finite(double result, double argument, bool can_overflow, Fault *fault);
 
 static inline double checked_result(double result, double argument, bool can_overflow, Fault *fault)
 {
     return RARELY(!(fabs(result) <= DBL_MAX)) ? checked_not_finite(result, argument, can_overflow, fault) : result;
+}
+
+static inline double checked_exp(double x, Fault *fault)
+{
+    double result = exp(x);  /* never below 0 */
+    return RARELY(!(result <= DBL_MAX)) ? checked_not_finite(result, x, true, fault) : result;
 }
 
 static inline double checked_acos(double x, Fault *fault) { return checked_result(acos(x), x, false, fault); }
@@ -78,7 +86,6 @@ static inline double checked_asin(double x, Fault *fault) { return checked_resul
 static inline double checked_atanh(double x, Fault *fault) { return checked_result(atanh(x), x, false, fault); }
 static inline double checked_cos(double x, Fault *fault) { return checked_result(cos(x), x, false, fault); }
 static inline double checked_cosh(double x, Fault *fault) { return checked_result(cosh(x), x, true, fault); }
-static inline double checked_exp(double x, Fault *fault) { return checked_result(exp(x), x, true, fault); }
 static inline double checked_expm1(double x, Fault *fault) { return checked_result(expm1(x), x, true, fault); }
 static inline double checked_log(double x, Fault *fault) { return checked_result(log(x), x, false, fault); }
 static inline double checked_log1p(double x, Fault *fault) { return checked_result(log1p(x), x, false, fault); }

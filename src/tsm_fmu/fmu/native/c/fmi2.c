@@ -1,13 +1,19 @@
-/* FMI 2.0 for co-simulation, all functions. */
+/* FMI 2.0 for co-simulation: the functions that FMI 3.0 has otherwise; values and step are in fmi2_step.c. */
 #include "fmi2Functions.h"
 #include "slave.h"
 
 #include <string.h>
 
-#define ALLOWED(modes, function) \
-    do { if (slave_refuses(c, modes, #function)) return fmi2Error; } while (0)
-#define NOT_NULL(argument, function) \
-    do { if ((argument) == NULL) return (fmi2Status)slave_null(c, #function, #argument); } while (0)
+#define FMI(x) fmi2##x
+#define Instance fmi2Component
+#define FmuState fmi2FMUstate
+#define GET_STATE fmi2GetFMUstate
+#define SET_STATE fmi2SetFMUstate
+#define FREE_STATE fmi2FreeFMUstate
+#define STATE_SIZE fmi2SerializedFMUstateSize
+#define SERIALIZE fmi2SerializeFMUstate
+#define DESERIALIZE fmi2DeSerializeFMUstate
+#include "fmi_alike.h"
 
 static void log_message(const Slave *slave, Status status, const char *category, const char *text)
 {
@@ -18,7 +24,7 @@ static void log_message(const Slave *slave, Status status, const char *category,
     }
 }
 
-/* ---- versions, logging */
+/* ---- versions */
 
 const char *fmi2GetTypesPlatform(void)
 {
@@ -28,19 +34,6 @@ const char *fmi2GetTypesPlatform(void)
 const char *fmi2GetVersion(void)
 {
     return fmi2Version;
-}
-
-fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[])
-{
-    size_t k;
-    ALLOWED(ANY_MODE, fmi2SetDebugLogging);
-    for (k = 0; k < nCategories; k++) {
-        if (categories == NULL || categories[k] == NULL || strncmp(categories[k], "log", 3) != 0) {
-            return (fmi2Status)slave_unsupported(c, "fmi2SetDebugLogging", "expected categories of the model description");
-        }
-    }
-    ((Slave *)c)->logging = loggingOn != fmi2False;
-    return fmi2OK;
 }
 
 /* ---- life cycle */
@@ -62,11 +55,6 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     return slave_new(instanceName, fmuGUID, loggingOn != fmi2False, log_message, NULL, (void *)functions);
 }
 
-void fmi2FreeInstance(fmi2Component c)
-{
-    slave_free(c);
-}
-
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
     fmi2Boolean stopTimeDefined, fmi2Real stopTime)
 {
@@ -79,97 +67,6 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     ALLOWED(INSTANTIATED, fmi2EnterInitializationMode);
     return (fmi2Status)slave_enter_initialization(c);
-}
-
-fmi2Status fmi2ExitInitializationMode(fmi2Component c)
-{
-    ALLOWED(INITIALIZATION, fmi2ExitInitializationMode);
-    return (fmi2Status)slave_exit_initialization(c);
-}
-
-fmi2Status fmi2Terminate(fmi2Component c)
-{
-    ALLOWED(STEPPING, fmi2Terminate);
-    ((Slave *)c)->memory.mode = TERMINATED;
-    return fmi2OK;
-}
-
-fmi2Status fmi2Reset(fmi2Component c)
-{
-    ALLOWED(ANY_MODE, fmi2Reset);
-    slave_reset(c);
-    return fmi2OK;
-}
-
-/* ---- values */
-
-#define VALUES(Name, KIND, Type) \
-    fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, Type value[]) \
-    { \
-        return (fmi2Status)slave_read(c, "fmi2Get" #Name, KIND, vr, nvr, value, nvr); \
-    } \
-    fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const Type value[]) \
-    { \
-        return (fmi2Status)slave_write(c, "fmi2Set" #Name, KIND, vr, nvr, value, nvr); \
-    }
-
-VALUES(Real, REAL, fmi2Real)
-VALUES(Integer, INTEGER, fmi2Integer)
-VALUES(Boolean, NO_KIND, fmi2Boolean)
-VALUES(String, NO_KIND, fmi2String)
-
-/* ---- FMU states */
-
-fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
-{
-    ALLOWED(ANY_MODE, fmi2GetFMUstate);
-    NOT_NULL(FMUstate, fmi2GetFMUstate);
-    *FMUstate = slave_copy(c, *FMUstate);
-    return *FMUstate == NULL ? fmi2Error : fmi2OK;
-}
-
-fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
-{
-    ALLOWED(ANY_MODE, fmi2SetFMUstate);
-    NOT_NULL(FMUstate, fmi2SetFMUstate);
-    ((Slave *)c)->memory = *(const Memory *)FMUstate;
-    return fmi2OK;
-}
-
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
-{
-    ALLOWED(ANY_MODE, fmi2FreeFMUstate);
-    if (FMUstate != NULL) {
-        free(*FMUstate);
-        *FMUstate = NULL;
-    }
-    return fmi2OK;
-}
-
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, size_t *size)
-{
-    ALLOWED(ANY_MODE, fmi2SerializedFMUstateSize);
-    NOT_NULL(FMUstate, fmi2SerializedFMUstateSize);
-    NOT_NULL(size, fmi2SerializedFMUstateSize);
-    *size = slave_serialized_size();
-    return fmi2OK;
-}
-
-fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size)
-{
-    ALLOWED(ANY_MODE, fmi2SerializeFMUstate);
-    NOT_NULL(FMUstate, fmi2SerializeFMUstate);
-    NOT_NULL(serializedState, fmi2SerializeFMUstate);
-    return (fmi2Status)slave_serialize(c, FMUstate, (unsigned char *)serializedState, size);
-}
-
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedState[], size_t size, fmi2FMUstate *FMUstate)
-{
-    ALLOWED(ANY_MODE, fmi2DeSerializeFMUstate);
-    NOT_NULL(serializedState, fmi2DeSerializeFMUstate);
-    NOT_NULL(FMUstate, fmi2DeSerializeFMUstate);
-    *FMUstate = slave_deserialize(c, (const unsigned char *)serializedState, size);
-    return *FMUstate == NULL ? fmi2Error : fmi2OK;
 }
 
 /* ---- derivatives */
@@ -197,18 +94,11 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     return nvr == 0 ? fmi2OK : (fmi2Status)slave_unsupported(c, "fmi2GetRealOutputDerivatives", "outputs have none over time");
 }
 
-/* ---- step */
-
-fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
-    fmi2Boolean noSetFMUStatePriorToCurrentPoint)
-{
-    (void)noSetFMUStatePriorToCurrentPoint;
-    return (fmi2Status)slave_step(c, "fmi2DoStep", currentCommunicationPoint, communicationStepSize);
-}
+/* ---- status */
 
 fmi2Status fmi2CancelStep(fmi2Component c)
 {
-    ALLOWED(STEPPING, fmi2CancelStep);
+    ALLOWED(RUNNING, fmi2CancelStep);
     return (fmi2Status)slave_unsupported(c, "fmi2CancelStep", "steps are not asynchronous");
 }
 

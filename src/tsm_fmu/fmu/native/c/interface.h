@@ -32,8 +32,7 @@ typedef struct {
 extern const Variable model_variables[VARIABLES];
 extern const Values model_start_values;
 
-/* Sums of all inputs and of all outputs: not finite if one of them is not, which is the cheapest way to ask. */
-double model_inputs_sum(const Inputs *u);
+/* Sum of all outputs: not finite if one of them is not, which is the cheapest way to ask. */
 double model_outputs_sum(const Outputs *y);
 
 static inline double value_get(const Values *values, int k)

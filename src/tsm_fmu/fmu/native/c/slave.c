@@ -56,7 +56,7 @@ bool slave_disallowed(Slave *slave, const char *function)
     switch (slave->memory.mode) {
     case INSTANTIATED: mode = "before initialisation mode"; break;
     case INITIALIZATION: mode = "in initialisation mode"; break;
-    case STEPPING: mode = "after initialisation"; break;
+    case STEPPING: case STALLED: mode = "after initialisation"; break;
     case TERMINATED: mode = "after termination"; break;
     default: mode = "after an error"; break;
     }

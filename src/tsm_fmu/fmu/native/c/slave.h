@@ -17,11 +17,13 @@ typedef enum {
     INITIALIZATION = 2,
     STEPPING = 4,
     TERMINATED = 8,
-    FAILED = 16  /* after an error in a step: only reading, an earlier state, reset and free are left */
+    FAILED = 16, /* after an error in a step: only reading, an earlier state, reset and free are left */
+    STALLED = 32 /* as STEPPING, but an input has been set to what is no number: a step looks at them all first */
 } Mode;
 
-enum { ANY_MODE = 31, READABLE = INITIALIZATION | STEPPING | TERMINATED | FAILED };
-enum { WRITABLE = INSTANTIATED | INITIALIZATION | STEPPING };
+enum { RUNNING = STEPPING | STALLED };
+enum { ANY_MODE = 63, READABLE = INITIALIZATION | RUNNING | TERMINATED | FAILED };
+enum { WRITABLE = INSTANTIATED | INITIALIZATION | RUNNING };
 
 /* All that a later call depends on: an FMU state is a copy of it. */
 typedef struct {
@@ -60,19 +62,19 @@ void slave_reset(Slave *slave);
 /* Write a message into the instance, see fault_raise; give it to the host; both. */
 void slave_note(Slave *slave, const char *format, ...);
 Status slave_pass_on(Slave *slave, Status status);
-Status slave_tell(Slave *slave, Status status, const char *format, ...);
+COLD Status slave_tell(Slave *slave, Status status, const char *format, ...);
 const char *slave_inputs_text(const Slave *slave, char *text, size_t size);
 
 /* Whether the state machine does not allow a call; told then. */
 #define SLAVE_REFUSES(slave, modes, function) \
     (((slave) == NULL || !((int)((const Slave *)(slave))->memory.mode & (modes))) && slave_disallowed(slave, function))
-bool slave_disallowed(Slave *slave, const char *function);
+COLD bool slave_disallowed(Slave *slave, const char *function);
 bool slave_refuses(Slave *slave, int modes, const char *function);
 
 /* An error, with a message: the function is not there, an argument is NULL, a variable is a wrong one. */
-Status slave_unsupported(Slave *slave, const char *function, const char *why);
-Status slave_null(Slave *slave, const char *function, const char *argument);
-Status slave_wrong(Slave *slave, unsigned reference, const char *what);
+COLD Status slave_unsupported(Slave *slave, const char *function, const char *why);
+COLD Status slave_null(Slave *slave, const char *function, const char *argument);
+COLD Status slave_wrong(Slave *slave, unsigned reference, const char *what);
 
 Status slave_setup(Slave *slave, double start);
 Status slave_enter_initialization(Slave *slave);
@@ -81,10 +83,16 @@ Status slave_step(Slave *slave, const char *function, double time, double step);
 
 /* Numbers in the type in which the host asks: double, int or int64_t by `kind`. A value reference is a position in
  * model_variables; it may stand for an array, whose numbers follow each other. */
-Status slave_read(
+COLD Status slave_read(
     Slave *slave, const char *function, Kind kind, const unsigned *references, size_t n, void *numbers, size_t count);
-Status slave_write(
+COLD Status slave_write(
     Slave *slave, const char *function, Kind kind, const unsigned *references, size_t n, const void *numbers, size_t count);
+
+/* The same for REAL: what a running simulation does. */
+Status slave_read_real(
+    Slave *slave, const char *function, const unsigned *references, size_t n, double *numbers, size_t count);
+Status slave_write_real(
+    Slave *slave, const char *function, const unsigned *references, size_t n, const double *numbers, size_t count);
 size_t slave_count(const unsigned *references, size_t n);
 
 /* Position of a variable of that type, whose `count` numbers follow each other; VARIABLES for none. */

@@ -11,7 +11,7 @@ static Status seeded(Slave *slave, const unsigned *knowns, size_t n, const doubl
     size_t k, j, many;
     for (k = 0; k < n; k++) {
         unsigned first = slave_found(REAL, knowns[k], &many);
-        if (first >= FIRST_OUTPUT || (first < FIRST_INPUT && slave->memory.mode == STEPPING)) {
+        if (first >= FIRST_OUTPUT || (first < FIRST_INPUT && (slave->memory.mode & RUNNING))) {
             return slave_wrong(slave, knowns[k], "as a known of a derivative -- expected a Real input, or a parameter in "
                 "initialisation mode -- " NEXT);
         }
@@ -31,7 +31,7 @@ Status slave_derivative(
     State still, moved;
     size_t k, j, many;
     Status status;
-    if (SLAVE_REFUSES(slave, INITIALIZATION | STEPPING | TERMINATED, function)) {
+    if (SLAVE_REFUSES(slave, INITIALIZATION | RUNNING | TERMINATED, function)) {
         return STATUS_ERROR;
     }
     if ((n_knowns > 0 && (knowns == NULL || seed == NULL)) || (n_unknowns > 0 && (unknowns == NULL || result == NULL))) {

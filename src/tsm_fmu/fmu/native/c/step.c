@@ -4,12 +4,6 @@
 #include <float.h>
 #include <stdint.h>
 
-#if defined(__GNUC__)
-#define COLD __attribute__((cold, noinline))
-#else
-#define COLD
-#endif
-
 static const double TIME_TOLERANCE = 1e-3;  /* how far a step may begin from the end of the last one, per step... */
 static const double ROUNDING = 1e-15;       /* ... and per time: hosts add up their clocks in different ways */
 static const double SMALLER = 1.0 / 1024.0; /* the step that is tried to tell whether a smaller one helps */
@@ -26,12 +20,7 @@ COLD static Status wrong_time(Slave *slave, double time, double step)
         "step from t = %r s -- expected t = %r s -- go on where the last step ended", time, slave->memory.time);
 }
 
-COLD static Status wrong_input(Slave *slave, int k, double time)
-{
-    return slave_tell(slave, STATUS_ERROR, "input %s = %r at t = %r s -- expected a finite number -- " MEND,
-        model_variables[k].name, value_get(&slave->memory.values, k), time);
-}
-
+/* Position of the first number that is none; -1 if all are. */
 static int first_not_finite(const Values *values, int first, int end)
 {
     int k;
@@ -43,21 +32,76 @@ static int first_not_finite(const Values *values, int first, int end)
     return -1;
 }
 
-/* A step that failed, or gave an output that is no number, is a discard where a far smaller one succeeds, else an error: the host need not try. */
-COLD static Status refused(Slave *slave, double step, int wrong, const Values *next)
+/* Whether a step may begin at that time with that size. */
+static bool right_time(const Memory *m, double time, double step)
+{
+    return step > 0.0 && step <= DBL_MAX && fabs(time - m->time) <= TIME_TOLERANCE * step + ROUNDING * fabs(time);
+}
+
+/* A step of another size than the last, or at a time that a host has rounded otherwise. */
+COLD static Status step_anew(Slave *slave, const char *function, double time, double step)
+{
+    Memory *m = &slave->memory;
+    const double last_time = m->time, last_step = m->last_step;
+    Status status;
+    if (!right_time(m, time, step)) {
+        return wrong_time(slave, time, step);
+    }
+    m->time = time;
+    m->last_step = step;
+    status = slave_step(slave, function, time, step);
+    if (status != STATUS_OK) {
+        m->time = last_time;
+        m->last_step = last_step;
+    }
+    return status;
+}
+
+/* A step in another mode than STEPPING. */
+COLD static Status step_from(Slave *slave, const char *function, double time, double step)
+{
+    Memory *m;
+    int wrong;
+    if (SLAVE_REFUSES(slave, RUNNING, function)) {
+        return STATUS_ERROR;
+    }
+    m = &slave->memory;
+    if (!right_time(m, time, step)) {
+        return wrong_time(slave, time, step);
+    }
+    wrong = first_not_finite(&m->values, FIRST_INPUT, FIRST_OUTPUT);
+    if (wrong >= 0) {
+        return slave_tell(slave, STATUS_ERROR, "input %s = %r at t = %r s -- expected a finite number -- " MEND,
+            model_variables[wrong].name, value_get(&m->values, wrong), time);
+    }
+    m->mode = STEPPING;
+    return slave_step(slave, function, time, step);
+}
+
+/* What a step has gone wrong in: VARIABLES for a fault, else the position of the output that is no number; -1 if the
+ * sum of the outputs was none, but each of them is. */
+COLD static int wrong_output(const Slave *slave, Outputs y)
+{
+    Values next = model_start_values;
+    next.y = y;
+    return slave->fault.raised ? VARIABLES : first_not_finite(&next, FIRST_OUTPUT, VARIABLES);
+}
+
+/* A step that went wrong is a discard where a far smaller one succeeds, else an error: the host need not try. */
+COLD static Status refused(Slave *slave, double step, int wrong, Outputs y)
 {
     State after;
-    Outputs y;
+    Values next = model_start_values;
     Status status;
     double time = slave->memory.time;
     char inputs[1024];
     slave_inputs_text(slave, inputs, sizeof inputs);
     if (wrong < VARIABLES) {
+        next.y = y;
         slave_note(slave, "output %s = %r at t = %r s with %s -- expected a finite number -- reduce the step",
-            model_variables[wrong].name, value_get(next, wrong), time, inputs);
+            model_variables[wrong].name, value_get(&next, wrong), time, inputs);
     } else {
-        slave_note(slave, "step at t = %r s with %s failed: %s", time, inputs,
-            slave->fault.text);
+        slave_note(slave, "step at t = %r s with %s failed: %s", time, inputs, slave->fault.text);
     }
     slave->fault.raised = false;
     model_step(&slave->memory.values.p, &slave->memory.state, &slave->memory.values.u, SMALLER * step, &after, &y,
@@ -83,39 +127,33 @@ static void watch_slack(Slave *slave)
     }
 }
 
+/* Each test here is paid at each step: what is rare is put off to the functions above. `y` leaves by value, so that it
+ * stays in registers. */
 Status slave_step(Slave *slave, const char *function, double time, double step)
 {
-    Memory *m = &slave->memory;
-    Values next;
+    Memory *m;
     State after;
-    int wrong;
-    if (SLAVE_REFUSES(slave, STEPPING, function)) {
-        return STATUS_ERROR;
+    Outputs y;
+    if (RARELY(slave == NULL || slave->memory.mode != STEPPING)) {
+        return step_from(slave, function, time, step);
     }
-    if (!(step > 0.0 && step <= DBL_MAX) ||
-        (time != m->time && !(fabs(time - m->time) <= TIME_TOLERANCE * step + ROUNDING * fabs(time)))) {
-        return wrong_time(slave, time, step);
-    }
-    if (!isfinite(model_inputs_sum(&m->values.u))) {
-        wrong = first_not_finite(&m->values, FIRST_INPUT, FIRST_OUTPUT);
-        if (wrong >= 0) {
-            return wrong_input(slave, wrong, time);
-        }
+    m = &slave->memory;
+    if (RARELY(time != m->time || step != m->last_step)) {
+        return step_anew(slave, function, time, step);
     }
     slave->fault.raised = false;
-    model_step(&m->values.p, &m->state, &m->values.u, step, &after, &next.y, &slave->fault);
-    if (slave->fault.raised || !isfinite(model_outputs_sum(&next.y))) {
-        wrong = slave->fault.raised ? VARIABLES : first_not_finite(&next, FIRST_OUTPUT, VARIABLES);
+    model_step(&m->values.p, &m->state, &m->values.u, step, &after, &y, &slave->fault);
+    if (RARELY(slave->fault.raised || !(fabs(model_outputs_sum(&y)) <= DBL_MAX))) {
+        const int wrong = wrong_output(slave, y);
         if (wrong >= 0) {
-            return refused(slave, step, wrong, &next);
+            return refused(slave, m->last_step, wrong, y);
         }
     }
     m->before = m->state;
     m->held = m->values.u;
-    m->last_step = step;
     m->state = after;
-    m->values.y = next.y;
-    m->time = time + step;
+    m->values.y = y;
+    m->time += m->last_step;  /* time + step: both are these, and need not outlast the call of model_step */
     watch_slack(slave);
     return STATUS_OK;
 }
@@ -175,7 +213,7 @@ static Status unready(
     return STATUS_OK;
 }
 
-Status slave_read(
+static inline Status values_read(
     Slave *slave, const char *function, Kind kind, const unsigned *references, size_t n, void *numbers, size_t count)
 {
     size_t k, j, many, at = 0;
@@ -205,32 +243,61 @@ Status slave_read(
     return status;
 }
 
-Status slave_write(
+static inline Status values_write(
     Slave *slave, const char *function, Kind kind, const unsigned *references, size_t n, const void *numbers, size_t count)
 {
-    Memory *m = &slave->memory;
+    Memory *m;
     size_t k, j, many, at = 0;
     Status status = unready(slave, function, WRITABLE, references, n, numbers, count);
     if (status != STATUS_OK) {
         return status;
     }
+    m = &slave->memory;
     for (k = 0; k < n; k++) {
         unsigned first = slave_found(kind, references[k], &many);
         for (j = 0; j < many; j++, at++) {
             double number = kind == REAL ? ((const double *)numbers)[at]
                 : kind == INTEGER ? (double)((const int *)numbers)[at]
                 : kind == ENUMERATION ? (double)((const int64_t *)numbers)[at] : NAN;
-            if (first >= FIRST_OUTPUT) {
+            if (RARELY(first >= FIRST_OUTPUT)) {
                 return wrong_write(slave, kind, references[k], number,
                     "expected an input or parameter of this type -- " NEXT);
             }
-            if (first < FIRST_INPUT && m->mode == STEPPING) {
+            if (RARELY(first < FIRST_INPUT && (m->mode & RUNNING))) {
                 return wrong_write(slave, kind, references[k], number,
                     "it is fixed after initialisation -- reset the instance");
             }
             value_put(&m->values, (int)(first + j), number);
-            m->stale = m->mode != STEPPING;
+            if (!(m->mode & RUNNING)) {
+                m->stale = true;
+            } else if (RARELY(!(fabs(number) <= DBL_MAX))) {
+                m->mode = STALLED;
+            }
         }
     }
     return STATUS_OK;
+}
+
+Status slave_read(
+    Slave *slave, const char *function, Kind kind, const unsigned *references, size_t n, void *numbers, size_t count)
+{
+    return values_read(slave, function, kind, references, n, numbers, count);
+}
+
+Status slave_write(
+    Slave *slave, const char *function, Kind kind, const unsigned *references, size_t n, const void *numbers, size_t count)
+{
+    return values_write(slave, function, kind, references, n, numbers, count);
+}
+
+Status slave_read_real(
+    Slave *slave, const char *function, const unsigned *references, size_t n, double *numbers, size_t count)
+{
+    return values_read(slave, function, REAL, references, n, numbers, count);
+}
+
+Status slave_write_real(
+    Slave *slave, const char *function, const unsigned *references, size_t n, const double *numbers, size_t count)
+{
+    return values_write(slave, function, REAL, references, n, numbers, count);
 }
