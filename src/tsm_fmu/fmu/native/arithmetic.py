@@ -125,7 +125,10 @@ class Plain:
 
 
 class Dual:
-    """Floats are dual numbers: a value and its derivative along the direction that the caller chose."""
+    """Floats are dual numbers: a value and its derivative along the direction that the caller chose.
+
+    Nothing is checked that the same step in plain numbers has checked: derivatives are asked for where it succeeded.
+    """
 
     suffix = "_dual"
 
@@ -141,14 +144,14 @@ class Dual:
     def binary(self, operator: str, a: Value, b: Value) -> Value:
         if operator in _DUAL:
             return call(_DUAL[operator], FLOAT, a, b)
-        return call({"/": "dual_div", "%": "dual_mod", "**": "dual_power"}[operator], FLOAT, a, b, fault=True)
+        return call({"/": "dual_div", "%": "dual_mod", "**": "dual_pow"}[operator], FLOAT, a, b)
 
     def negative(self, a: Value) -> Value:
         return call("dual_neg", FLOAT, a)
 
     def function(self, name: str, kind: Type, arguments: list[Value], fault: bool) -> Value:
         if kind == FLOAT:
-            return call(f"dual_{name}", FLOAT, *arguments, fault=fault)
+            return call(f"dual_{name}", FLOAT, *arguments)
         return call(f"checked_{name}" if fault else name, kind, *map(self.plain, arguments), fault=fault)
 
     def plain(self, a: Value) -> Value:

@@ -123,7 +123,7 @@ def _derivatives(kernel: Kernel, unit: Unit) -> Iterable[str]:
 def _joined(unit: Unit, record: Record, name: str) -> Iterable[str]:
     """A function that puts values and derivatives together."""
     made = unit.type_name(record, unit.arithmetic)
-    yield f"static {made} with_{name}(const {name} *value, const {name} *change)"
+    yield f"COLD static {made} with_{name}(const {name} *value, const {name} *change)"
     yield from ("{", f"{INDENT}{made} made;")
     if not record.fields:
         yield f"{INDENT}(void)value, (void)change;"
@@ -138,7 +138,7 @@ def _joined(unit: Unit, record: Record, name: str) -> Iterable[str]:
 
 def _derivative_of(unit: Unit, record: Record, name: str) -> Iterable[str]:
     made = unit.type_name(record, unit.arithmetic)
-    yield f"static {name} derivative_of_{name}(const {made} *value)"
+    yield f"COLD static {name} derivative_of_{name}(const {made} *value)"
     yield from ("{", f"{INDENT}{name} made;")
     places = list(_places(record)) or [("none", INT, "")]
     if all(kind == INT for _, kind, _ in places):

@@ -45,17 +45,22 @@ _UCRT = tuple(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in "convert heap math p
 
 
 _MACOS = ("-Wl,-x", "-Wl,-headerpad,0x20")  # neither names of static functions nor a page of free space
+_TEXTS_AS_DATA = ("-fwritable-strings",)  # pages of 16 kB: texts fill up that of the data
 
 
 @dataclass(frozen=True)
 class Platform:
-    """One binary of an FMU: zig's target, folder by FMI version, ending, options of the linker."""
+    """One binary of an FMU: zig's target, folder by FMI version, ending, options of the linker.
+
+    ``main`` is compiled in place of the unit's own file, ``small`` are further options where size counts.
+    """
 
     target: str
     folders: Mapping[int, str]
     ending: str
     linking: tuple[str, ...]
     main: str = ""
+    small: tuple[str, ...] = ()
 
 
 PLATFORMS = (
@@ -63,7 +68,7 @@ PLATFORMS = (
     Platform("x86_64-windows-gnu", {2: "win64", 3: "x86_64-windows"}, ".dll", ("-nostdlib", *_UCRT), WINDOWS),
     Platform("x86_64-macos", {2: "darwin64", 3: "x86_64-darwin"}, ".dylib", _MACOS),
     Platform(f"aarch64-linux-gnu.{GLIBC}", {3: "aarch64-linux"}, ".so", ("-lm",)),
-    Platform("aarch64-macos", {3: "aarch64-darwin"}, ".dylib", _MACOS),
+    Platform("aarch64-macos", {3: "aarch64-darwin"}, ".dylib", _MACOS, small=_TEXTS_AS_DATA),
 )
 
 
@@ -110,7 +115,7 @@ def _place(platform: Platform, name: str, fmi: int) -> str:
 
 def _library(platform: Platform, folder: Path, main: str, name: str) -> bytes:
     fast = _compiled(platform, folder, main, name, *FAST)
-    return fast if len(fast) < LIMIT else _compiled(platform, folder, main, name, *SMALL)
+    return fast if len(fast) < LIMIT else _compiled(platform, folder, main, name, *SMALL, *platform.small)
 
 
 def _compiled(platform: Platform, folder: Path, main: str, name: str, *optimised: str) -> bytes:

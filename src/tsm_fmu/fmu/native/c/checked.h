@@ -47,18 +47,22 @@ static inline double checked_div(double a, double b, Fault *fault)
 }
 
 /* a % b, with the sign of b. */
-static inline double checked_mod(double a, double b, Fault *fault)
+static inline double float_mod(double a, double b)
 {
-    double rest;
-    if (b == 0.0) {
-        fault_raise(fault, "float modulo by zero");
-        return 0.0;
-    }
-    rest = fmod(a, b);
+    double rest = fmod(a, b);
     if (rest == 0.0) {
         return copysign(0.0, b);
     }
     return (b < 0.0) != (rest < 0.0) ? rest + b : rest;
+}
+
+static inline double checked_mod(double a, double b, Fault *fault)
+{
+    if (RARELY(b == 0.0)) {
+        fault_raise(fault, "float modulo by zero");
+        return 0.0;
+    }
+    return float_mod(a, b);
 }
 
 static inline int int_mod(int a, int b)

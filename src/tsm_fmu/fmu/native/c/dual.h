@@ -1,7 +1,8 @@
 /* Numbers with a derivative: forward differentiation of the model's own equations.
  *
  * v is the value, computed as without derivative; d is its derivative along the direction that the caller chose. Where
- * a function has a kink, d is that of the branch which the value takes.
+ * a function has a kink, d is that of the branch which the value takes. Nothing is checked (checked.h): derivatives are
+ * asked for where the same step has succeeded in plain numbers.
  */
 #ifndef TSM_FMU_DUAL_H
 #define TSM_FMU_DUAL_H
@@ -24,16 +25,16 @@ static inline Dual dual_sub(Dual a, Dual b) { return dual_of(a.v - b.v, a.d - b.
 static inline Dual dual_mul(Dual a, Dual b) { return dual_of(a.v * b.v, along(b.v, a.d) + along(a.v, b.d)); }
 static inline Dual dual_neg(Dual a) { return dual_of(-a.v, -a.d); }
 
-static inline Dual dual_div(Dual a, Dual b, Fault *fault)
+static inline Dual dual_div(Dual a, Dual b)
 {
-    double v = checked_div(a.v, b.v, fault);
-    return dual_of(v, fault->raised ? 0.0 : (a.d - along(v, b.d)) / b.v);
+    double v = a.v / b.v;
+    return dual_of(v, (a.d - along(v, b.d)) / b.v);
 }
 
-static inline Dual dual_mod(Dual a, Dual b, Fault *fault)
+static inline Dual dual_mod(Dual a, Dual b)
 {
-    double v = checked_mod(a.v, b.v, fault);
-    return dual_of(v, fault->raised ? 0.0 : a.d - along(floor(a.v / b.v), b.d));
+    double v = float_mod(a.v, b.v);
+    return dual_of(v, a.d - along(floor(a.v / b.v), b.d));
 }
 
 /* Derivative of x to the power y. */
@@ -43,38 +44,32 @@ static inline double power_slope(Dual x, Dual y, double v)
     return y.d == 0.0 || x.v == 0.0 ? d : d + v * log(x.v) * y.d;
 }
 
-static inline Dual dual_pow(Dual x, Dual y, Fault *fault)
+static inline Dual dual_pow(Dual x, Dual y)
 {
-    double v = checked_pow(x.v, y.v, fault);
-    return dual_of(v, fault->raised ? 0.0 : power_slope(x, y, v));
+    double v = pow(x.v, y.v);
+    return dual_of(v, power_slope(x, y, v));
 }
 
-static inline Dual dual_power(Dual x, Dual y, Fault *fault)
+static inline Dual dual_exp(Dual x)
 {
-    double v = checked_power(x.v, y.v, fault);
-    return dual_of(v, fault->raised ? 0.0 : power_slope(x, y, v));
-}
-
-static inline Dual dual_exp(Dual x, Fault *fault)
-{
-    double v = checked_exp(x.v, fault);
+    double v = exp(x.v);
     return dual_of(v, along(v, x.d));
 }
 
-static inline Dual dual_expm1(Dual x, Fault *fault)
+static inline Dual dual_expm1(Dual x)
 {
-    return dual_of(checked_expm1(x.v, fault), along(exp(x.v), x.d));
+    return dual_of(expm1(x.v), along(exp(x.v), x.d));
 }
 
-static inline Dual dual_sqrt(Dual x, Fault *fault)
+static inline Dual dual_sqrt(Dual x)
 {
-    double v = checked_sqrt(x.v, fault);
+    double v = sqrt(x.v);
     return dual_of(v, along(0.5 / v, x.d));
 }
 
-static inline Dual dual_tan(Dual x, Fault *fault)
+static inline Dual dual_tan(Dual x)
 {
-    double v = checked_tan(x.v, fault);
+    double v = tan(x.v);
     return dual_of(v, along(1.0 + v * v, x.d));
 }
 
@@ -84,22 +79,22 @@ static inline Dual dual_tanh(Dual x)
     return dual_of(v, along(1.0 - v * v, x.d));
 }
 
-static inline Dual dual_acos(Dual x, Fault *fault)
+static inline Dual dual_acos(Dual x)
 {
-    return dual_of(checked_acos(x.v, fault), along(-1.0 / sqrt(1.0 - x.v * x.v), x.d));
+    return dual_of(acos(x.v), along(-1.0 / sqrt(1.0 - x.v * x.v), x.d));
 }
 
-static inline Dual dual_asin(Dual x, Fault *fault)
+static inline Dual dual_asin(Dual x)
 {
-    return dual_of(checked_asin(x.v, fault), along(1.0 / sqrt(1.0 - x.v * x.v), x.d));
+    return dual_of(asin(x.v), along(1.0 / sqrt(1.0 - x.v * x.v), x.d));
 }
 
 static inline Dual dual_asinh(Dual x) { return dual_of(asinh(x.v), along(1.0 / sqrt(1.0 + x.v * x.v), x.d)); }
 static inline Dual dual_atan(Dual x) { return dual_of(atan(x.v), along(1.0 / (1.0 + x.v * x.v), x.d)); }
 
-static inline Dual dual_atanh(Dual x, Fault *fault)
+static inline Dual dual_atanh(Dual x)
 {
-    return dual_of(checked_atanh(x.v, fault), along(1.0 / (1.0 - x.v * x.v), x.d));
+    return dual_of(atanh(x.v), along(1.0 / (1.0 - x.v * x.v), x.d));
 }
 
 static inline Dual dual_atan2(Dual y, Dual x)
@@ -108,31 +103,31 @@ static inline Dual dual_atan2(Dual y, Dual x)
     return dual_of(atan2(y.v, x.v), along(x.v / square, y.d) - along(y.v / square, x.d));
 }
 
-static inline Dual dual_cos(Dual x, Fault *fault)
+static inline Dual dual_cos(Dual x)
 {
-    return dual_of(checked_cos(x.v, fault), along(-sin(x.v), x.d));
+    return dual_of(cos(x.v), along(-sin(x.v), x.d));
 }
 
-static inline Dual dual_cosh(Dual x, Fault *fault)
+static inline Dual dual_cosh(Dual x)
 {
-    return dual_of(checked_cosh(x.v, fault), along(sinh(x.v), x.d));
+    return dual_of(cosh(x.v), along(sinh(x.v), x.d));
 }
 
-static inline Dual dual_log(Dual x, Fault *fault) { return dual_of(checked_log(x.v, fault), along(1.0 / x.v, x.d)); }
+static inline Dual dual_log(Dual x) { return dual_of(log(x.v), along(1.0 / x.v, x.d)); }
 
-static inline Dual dual_log1p(Dual x, Fault *fault)
+static inline Dual dual_log1p(Dual x)
 {
-    return dual_of(checked_log1p(x.v, fault), along(1.0 / (1.0 + x.v), x.d));
+    return dual_of(log1p(x.v), along(1.0 / (1.0 + x.v), x.d));
 }
 
-static inline Dual dual_sin(Dual x, Fault *fault)
+static inline Dual dual_sin(Dual x)
 {
-    return dual_of(checked_sin(x.v, fault), along(cos(x.v), x.d));
+    return dual_of(sin(x.v), along(cos(x.v), x.d));
 }
 
-static inline Dual dual_sinh(Dual x, Fault *fault)
+static inline Dual dual_sinh(Dual x)
 {
-    return dual_of(checked_sinh(x.v, fault), along(cosh(x.v), x.d));
+    return dual_of(sinh(x.v), along(cosh(x.v), x.d));
 }
 
 static inline Dual dual_degrees(Dual x) { return dual_of(degrees(x.v), degrees(x.d)); }

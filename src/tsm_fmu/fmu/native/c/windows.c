@@ -24,6 +24,17 @@ int __fpclassify(double x)
     return __builtin_fpclassify(FP_NAN, FP_INFINITE, FP_NORMAL, FP_SUBNORMAL, FP_ZERO, x);
 }
 
+/* The compiler joins the sine and the cosine of one number; by these names it does not know them. */
+double plain_sin(double x) __asm__("sin");
+double plain_cos(double x) __asm__("cos");
+void sincos(double x, double *sine, double *cosine);
+
+void sincos(double x, double *sine, double *cosine)
+{
+    *sine = plain_sin(x);
+    *cosine = plain_cos(x);
+}
+
 int snprintf(char *text, size_t size, const char *format, ...)
 {
     int length;
