@@ -56,10 +56,10 @@ def kill_one(address, points, killed):
 def test_a_killed_worker_costs_nothing_and_failed_points_are_recorded(workers, path, here, tmp_path):
     killed: list[int] = []
     arguments = (workers.scheduler_address, tmp_path / "sweep.points.jsonl", killed)
-    killer = threading.Thread(target=kill_one, args=arguments)
+    killer = threading.Thread(target=kill_one, args=arguments, daemon=True)
     killer.start()
     code = run(["sweep", str(path), *VARY, "--out", str(tmp_path), "--scheduler", workers.scheduler_address])
-    killer.join()
+    killer.join(10.0)
     there = json.loads((tmp_path / "sweep.json").read_text())
     assert code == 2  # points fail, as here
     assert killed[0] < len(there["points"]), "the sweep was done before a worker was killed"
@@ -80,7 +80,7 @@ def test_the_table_is_written_as_parquet_too(workers, path, tmp_path):
 
 
 def test_a_scheduler_without_workers_is_one_line(path, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("tsm_fmu.cosim.cluster.PATIENCE", 1.0)
+    monkeypatch.setattr("tsm_fmu.batch.cluster.PATIENCE", 1.0)
     with LocalCluster(n_workers=0, dashboard_address=None) as empty:
         address = empty.scheduler_address
         assert run(["sweep", str(path), "--vary", "g.k=1:2:2", "--out", str(tmp_path), "--scheduler", address]) == 2

@@ -127,12 +127,13 @@ from tsm_fmu.cli.app import main
 from tsm_fmu.cosim import sweep
 done = sweep.statistics
 def statistics(*arguments):
-    if Path(sys.argv[2], "sweep.points.jsonl").read_text().count("\\n") == 1 + int(sys.argv[3]):
+    kept = Path(sys.argv[2], "sweep.points.jsonl")
+    if kept.exists() and kept.read_text().count("\\n") == 1 + int(sys.argv[3]):
         os.kill(os.getpid(), int(sys.argv[4]))
     return done(*arguments)
 sweep.statistics = statistics
 if __name__ == "__main__":
-    main(["sweep", sys.argv[1], "--vary", "one.k=0.5:4:8", "--out", sys.argv[2], "--no-isolate"])
+    main(["sweep", sys.argv[1], "--vary", "one.k=0.5:4:8", "--out", sys.argv[2], "--no-isolate", "--workers", "1"])
 """
 
 

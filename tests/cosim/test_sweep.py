@@ -47,7 +47,7 @@ def test_a_grid_gives_the_closed_form_at_every_point(foreign, tmp_path, capsys):
     assert written["vary"]["x.x_0"] == {"unit": "1", "values": [0.25, 4.0, 7.75]}
     assert [p["metrics"]["x.x.mean"]["value"] for p in written["points"]] == columns["x.x.mean"].tolist()
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "12 points, 0 failed; complete." in page
+    assert "12 points, 0 failed; complete. x.x.peak_to_peak is at worst 2.32 1, at x.u = 2.9, x.x_0 = 0.25." in page
 
 
 def test_a_point_that_fails_says_why_and_the_others_stay(foreign, tmp_path, capsys):
@@ -60,13 +60,14 @@ def test_a_point_that_fails_says_why_and_the_others_stay(foreign, tmp_path, caps
     assert first["metrics"] == {}
     assert "the belt slipped" in first["failed"]
     assert [p["metrics"]["belt.count.peak_to_peak"] for p in rest] == [{"value": 80.0, "unit": "1"}] * 2
-    _, mean, *_ = read_table(tmp_path / "out" / "sweep.csv").columns
+    _, mean, *_, why = read_table(tmp_path / "out" / "sweep.csv").columns
     assert np.isnan(mean.values).tolist() == [True, False, False]
+    assert [text or "" for text in why.values] == [first["failed"], "", ""]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="sends itself SIGINT, which Windows does not have")
 def test_ctrl_c_keeps_the_points_that_are_done(foreign, tmp_path, capsys):
-    assert swept(tmp_path, belt(foreign), "--vary", "belt.mode=0:4:2") == 130
+    assert swept(tmp_path, belt(foreign), "--vary", "belt.mode=0:4:2", "--workers", "1") == 130
     kept = tmp_path / "out" / "sweep.incomplete.csv"
     assert capsys.readouterr().err == f"tsm-fmu: interrupted; 1 points kept in {kept}\n"
     mode, *_ = read_table(kept).columns

@@ -32,3 +32,11 @@ Loops = Annotated[
     typer.Option("--loops", metavar="HOW", help="Algebraic loops: refuse (default), delay by a step, or iterate."),
 ]
 Jacobi = Annotated[bool, typer.Option("--jacobi", help="Exchange all values at once (default Gauss-Seidel).")]
+Workers = Annotated[
+    int | None,
+    typer.Option("--workers", metavar="N", min=1, help="Local processes; default one a processor."),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option("--scheduler", metavar="ADDRESS", help="Work on the workers of this Dask scheduler instead."),
+]

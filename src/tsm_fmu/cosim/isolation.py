@@ -9,7 +9,6 @@ import multiprocessing
 import os
 import shutil
 import signal
-import sys
 import tempfile
 import traceback
 from collections.abc import Callable, Iterable, Iterator
@@ -22,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from ..batch.processes import exit_in_words, without_main
 from ..models.contract import InputError
 from .description import describe
 from .journal import Journal, recovered
@@ -60,6 +60,36 @@ def simulation(fmus: Iterable[Path], isolate: bool | None, time_limit: float) ->
             yield there
     else:
         yield InProcess()
+
+
+class Simulator:
+    """`simulate_system` for work that goes to other processes: each opens its own `Isolated`, if wanted, and keeps it.
+
+    Parameters
+    ----------
+    isolated : bool
+    time_limit : float
+        As in `Isolated`.
+    """
+
+    def __init__(self, isolated: bool, time_limit: float) -> None:
+        self._isolated, self._limit = isolated, time_limit
+        self._there: Isolated | None = None
+
+    def __call__(self, *arguments: Any, **options: Any) -> Trajectory:
+        if not self._isolated:
+            return simulate_system(*arguments, **options)
+        self._there = self._there or Isolated(self._limit)
+        return self._there.simulate_system(*arguments, **options)
+
+    def close(self) -> None:
+        """End the other process, if there is one."""
+        if self._there is not None:
+            self._there.__exit__(None, None, None)
+            self._there = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "_there": None}
 
 
 class _Lost(Exception):
@@ -124,7 +154,7 @@ class Isolated:
         context = multiprocessing.get_context("spawn")  # a fork would inherit the threads of compiled kernels
         self._connection, other = context.Pipe()
         self._process = context.Process(target=_work, args=(other,), daemon=True)
-        with _without_main():
+        with without_main():
             self._process.start()
         other.close()
 
@@ -158,8 +188,7 @@ class Isolated:
         self._process.join()
         code = self._process.exitcode
         self._end()
-        how = f"with exit code {code}" if code >= 0 else f"by {signal.Signals(-code).name}"
-        return _Lost(f"ended its process {how}")
+        return _Lost(f"ended its process {exit_in_words(code)}")
 
     def _end(self) -> None:
         if self._process.is_alive():
@@ -167,18 +196,6 @@ class Isolated:
             self._process.join()
         self._connection.close()
         self._process = self._connection = None
-
-
-@contextmanager
-def _without_main() -> Iterator[None]:
-    """Keep the other process from running the caller's script again, which need not be guarded against that."""
-    main = vars(sys.modules["__main__"])
-    hidden = {name: main.pop(name) for name in ("__spec__", "__file__") if name in main}
-    main["__spec__"] = None
-    try:
-        yield
-    finally:
-        main.update(hidden)
 
 
 def _work(connection: Any) -> None:

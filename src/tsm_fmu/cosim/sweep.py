@@ -1,141 +1,223 @@
-"""The same systems at every point of a grid of start values, and the table of what came out."""
+"""The same systems at many points of start values, cards and FMUs, and the table of what came out."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from functools import partial
-from itertools import islice, product
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from .. import __version__
+from ..batch.kept import digest_of
 from ..logs.plain_json import finite
 from ..logs.table import write_table
 from ..models.contract import InputError
 from .cases import Quantities, flat, run_cases, statistics, with_values
-from .master import simulate_system
 from .metric import Metric
 from .ssp import Case
 from .start_values import typed_value
 from .system import check_system
-from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
+from .trajectory import SimulationInterrupted, Trajectory
 
 MOST_POINTS = 100_000
 TABLES = ("csv", "parquet")
 """Endings of the table, which is written once for people and once for programs."""
+TRACE_ROWS = 400
+"""Rows of a signal that is kept of every point."""
+
+Values = Mapping[str, float | str]
+"""Values of a point by the names of the axes: numbers, or texts that name a choice."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One varied start value: ``component.variable``, its unit (1 where the FMU declares none), and its values."""
+    """What is varied: ``component.variable`` over numbers, or a choice by its texts; ``unit`` is empty for a choice."""
 
     name: str
     unit: str
-    values: tuple[float, ...]
+    values: tuple[float | str, ...]
+
+    @property
+    def heading(self) -> str:
+        """Header cell of a table."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+
+@dataclass(frozen=True)
+class Change:
+    """What the choices of a point do to the systems: FMUs by component, start values by ``component.variable``."""
+
+    fmus: Mapping[str, Path] = field(default_factory=dict)
+    values: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Point:
-    """One point of the grid.
+    """One point.
 
     Attributes
     ----------
-    values : mapping of str to float
+    values : mapping of str to float or str
         By the names of the axes.
     metrics : mapping of str to Metric
         By name (`cases.flat`); empty if the run failed.
     failed : str
         Why it did; empty if it did not.
+    trace : mapping of str to tuple of float
+        By case: the signal that was asked for, at about `TRACE_ROWS` times.
     """
 
-    values: Mapping[str, float]
+    values: Values
     metrics: Mapping[str, Metric]
     failed: str = ""
+    trace: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+
+    @classmethod
+    def from_plain(cls, data: Mapping[str, Any]) -> Point:
+        """From the mapping that ``asdict`` makes."""
+        metrics = {name: Metric(**metric) for name, metric in data["metrics"].items()}
+        trace = {case: tuple(values) for case, values in data["trace"].items()}
+        return cls(data["values"], metrics, data["failed"], trace)
 
 
-def grid(cases: Mapping[str, Case], varied: Mapping[str, Sequence[float]]) -> list[Axis]:
-    """Axes whose values every system accepts by name and type.
+@dataclass(frozen=True)
+class Work:
+    """All cases at a point: called with its values, in whichever process; a point that fails says why.
+
+    Attributes
+    ----------
+    cases : mapping of str to Case
+    record, quantities, simulate
+        As in `run_cases` and `statistics`.
+    changes : mapping of tuple of str to Change
+        By the texts of a point in the order of the axes.
+    settings : mapping of str to str
+        Start values that hold at every point, whatever a choice says.
+    traced : str
+        ``component.variable`` that is kept of every case that has it; empty: none.
+    """
+
+    cases: Mapping[str, Case]
+    record: Sequence[str] | None
+    quantities: Quantities | None
+    simulate: Callable[..., Trajectory]
+    changes: Mapping[tuple[str, ...], Change] = field(default_factory=dict)
+    settings: Mapping[str, str] = field(default_factory=dict)
+    traced: str = ""
+
+    def __call__(self, at: Values) -> Point:
+        try:
+            changed = self.cases_at(at)
+            runs = run_cases(changed, record=self.record, simulate=self.simulate)
+        except SimulationInterrupted as stopped:
+            raise KeyboardInterrupt from stopped
+        except InputError as wrong:  # a run that stopped, or a combination that does not fit together
+            return Point(at, {}, str(wrong))
+        trace = {
+            case: tuple(float(v) for v in run.columns[self.traced][trace_rows(run.time.size)])
+            for case, run in runs.items()
+            if self.traced in run.columns
+        }
+        return Point(at, flat(statistics(changed, runs, self.quantities)), "", trace)
+
+    def cases_at(self, at: Values) -> dict[str, Case]:
+        """The systems at a point."""
+        texts = tuple(value for value in at.values() if isinstance(value, str))
+        change = self.changes.get(texts, Change())
+        cases = with_fmus(self.cases, change.fmus)
+        numbers = {name: repr(value) for name, value in at.items() if not isinstance(value, str)}
+        return with_values(cases, {**change.values, **self.settings, **numbers})
+
+
+def shown(value: float | str) -> str:
+    """A value of an axis as people read it: five digits; of a file its name."""
+    return Path(value).name if isinstance(value, str) else f"{value:.5g}"
+
+
+def in_words(at: Values) -> str:
+    """Where a point is."""
+    return ", ".join(f"{name} = {shown(value)}" for name, value in at.items())
+
+
+def trace_rows(size: int) -> slice:
+    """Rows of a run that a trace keeps."""
+    return slice(None, None, max(1, size // TRACE_ROWS))
+
+
+def lost(at: Values, reason: str) -> Point:
+    """The point whose process is gone."""
+    return Point(at, {}, reason)
+
+
+def with_fmus(cases: Mapping[str, Case], fmus: Mapping[str, Path]) -> dict[str, Case]:
+    """Other FMUs for components, in every case that has them."""
+    if not fmus:
+        return dict(cases)
+    found = {}
+    for name, (system, experiment) in cases.items():
+        components = tuple(replace(c, fmu=fmus.get(c.name, c.fmu)) for c in system.components)
+        found[name] = (replace(system, components=components), experiment)
+    return found
+
+
+def numeric_axis(cases: Mapping[str, Case], name: str, values: Sequence[float]) -> Axis:
+    """An axis whose values every system accepts by name and type.
 
     Raises
     ------
     InputError
-        No such component or variable, a value of another type, or more points than are sensible.
+        No such component or variable, or a value of another type.
     """
-    axes = []
-    for name, values in varied.items():
-        component, _, variable = name.partition(".")
-        changed = with_values(cases, {name: str(values[0])})
-        system = next(s for s, _ in changed.values() if component in {c.name for c in s.components})
-        port = check_system(system).descriptions[component].ports[variable]
-        for value in values:
-            typed_value(name, port, value)
-        axes.append(Axis(name, port.unit or "1", tuple(values)))
-    points = size(axes)
+    component, _, variable = name.partition(".")
+    changed = with_values(cases, {name: str(values[0])})
+    system = next(s for s, _ in changed.values() if component in {c.name for c in s.components})
+    port = check_system(system).descriptions[component].ports[variable]
+    for value in values:
+        typed_value(name, port, value)
+    return Axis(name, port.unit or "1", tuple(values))
+
+
+def grid(axes: Sequence[Axis]) -> list[Values]:
+    """Points of a grid, the last axis fastest.
+
+    Raises
+    ------
+    InputError
+        More points than are sensible.
+    """
+    points = math.prod(len(axis.values) for axis in axes)
     if points > MOST_POINTS:
         raise InputError(f"{points} points -- expected at most {MOST_POINTS} -- take fewer values a parameter")
-    return axes
-
-
-def size(axes: Sequence[Axis]) -> int:
-    """Number of points of the grid."""
-    return math.prod(len(axis.values) for axis in axes)
-
-
-Values = Mapping[str, float]
-"""Values of a point by the names of the axes."""
-Compute = Callable[[Values], Point]
-
-
-def sweep(
-    cases: Mapping[str, Case],
-    axes: Sequence[Axis],
-    *,
-    record: Sequence[str] | None = None,
-    quantities: Quantities | None = None,
-    simulate: Callable[..., Trajectory] = simulate_system,
-    begin: int = 0,
-    mapped: Callable[[Compute, Iterable[Values]], Iterator[Point]] = map,
-) -> Iterator[Point]:
-    """Run all cases at every point, the last axis fastest; a point that fails says why and the rest goes on.
-
-    Parameters
-    ----------
-    cases : mapping of str to Case
-    axes : sequence of Axis
-        From `grid`.
-    record, quantities, simulate
-        As in `run_cases` and `statistics`.
-    begin : int
-        Number of the first point that is run.
-    mapped : callable
-        ``map``, here or on a cluster (`cluster`).
-    """
     names = [axis.name for axis in axes]
-    points = islice(product(*(axis.values for axis in axes)), begin, None)
-    compute = partial(computed, cases, record, quantities, simulate)
-    return mapped(compute, (dict(zip(names, values, strict=True)) for values in points))
+    return [dict(zip(names, values, strict=True)) for values in product(*(axis.values for axis in axes))]
 
 
-def computed(
-    cases: Mapping[str, Case],
-    record: Sequence[str] | None,
-    quantities: Quantities | None,
-    simulate: Callable[..., Trajectory],
-    at: Values,
-) -> Point:
-    """Run all cases at one point."""
-    changed = with_values(cases, {name: repr(value) for name, value in at.items()})
-    try:
-        runs = run_cases(changed, record=record, simulate=simulate)
-    except SimulationInterrupted as stopped:
-        raise KeyboardInterrupt from stopped
-    except SimulationStopped as stopped:
-        return Point(at, {}, str(stopped))
-    return Point(at, flat(statistics(changed, runs, quantities)))
+def identity(work: Work, points: Sequence[Values]) -> object:
+    """All that the numbers of a sweep depend on, as plain data."""
+    fmus = {c.fmu for system, _ in work.cases.values() for c in system.components}
+    fmus |= {fmu for change in work.changes.values() for fmu in change.fmus.values()}
+    systems = [
+        (
+            name,
+            [(c.name, c.fmu.name, sorted(c.parameters.items())) for c in system.components],
+            [asdict(connection) for connection in system.connections],
+            asdict(experiment),
+        )
+        for name, (system, experiment) in work.cases.items()
+    ]
+    changes = [
+        (*texts, sorted((c, f.name) for c, f in change.fmus.items()), sorted(change.values.items()))
+        for texts, change in work.changes.items()
+    ]
+    digests = sorted((fmu.name, digest_of(fmu)) for fmu in fmus)
+    drawn = hashlib.sha256(json.dumps(points).encode()).hexdigest()
+    return (__version__, digests, systems, changes, drawn, sorted(work.settings.items()), work.record, work.traced)
 
 
 def units(points: Sequence[Point]) -> dict[str, str]:
@@ -143,33 +225,41 @@ def units(points: Sequence[Point]) -> dict[str, str]:
     return {name: metric.unit for point in points for name, metric in point.metrics.items()}
 
 
-def as_json(name: str, axes: Sequence[Axis], points: Sequence[Point], results: Path | None) -> dict[str, Any]:
+def as_json(
+    name: str, axes: Sequence[Axis], points: Sequence[Point], complete: bool, results: Path | None
+) -> dict[str, Any]:
     """The object of ``sweep.json``; ``results`` is the table beside it."""
     return {
         "system": name,
-        "complete": len(points) == size(axes),
+        "complete": complete,
         "vary": {axis.name: {"unit": axis.unit, "values": axis.values} for axis in axes},
-        "points": [asdict(point) for point in points],
+        "points": [{"values": p.values, "metrics": _plain(p.metrics), "failed": p.failed} for p in points],
         "results": str(results) if results is not None else None,
     }
 
 
-def write_sweep(out: Path, name: str, axes: Sequence[Axis], points: Sequence[Point]) -> dict[str, Any]:
+def _plain(metrics: Mapping[str, Metric]) -> dict[str, Any]:
+    return {name: asdict(metric) for name, metric in metrics.items()}
+
+
+def write_sweep(
+    out: Path, name: str, axes: Sequence[Axis], points: Sequence[Point], complete: bool = True
+) -> dict[str, Any]:
     """Write ``sweep.csv``, ``sweep.parquet`` and ``sweep.json`` and return the object of the latter.
 
-    Rows are points; a failed one has its values and empty numbers. A sweep that was interrupted is marked
-    ``incomplete`` in both file names; a whole one removes those.
+    Rows are points; a failed one has its values, empty numbers, and why in the last column. A sweep that was
+    interrupted is marked ``incomplete`` in both file names; a whole one removes those.
     """
-    whole = len(points) == size(axes)
-    stem = "sweep" if whole else "sweep.incomplete"
+    stem = "sweep" if complete else "sweep.incomplete"
     found = units(points)
-    header = [*(f"{axis.name} [{axis.unit}]" for axis in axes), *(f"{name} [{unit}]" for name, unit in found.items())]
-    columns = [np.array([p.values[axis.name] for p in points]) for axis in axes]
+    header = [*(axis.heading for axis in axes), *(f"{name} [{unit}]" for name, unit in found.items()), "failed"]
+    columns: list[Any] = [np.array([p.values[axis.name] for p in points]) for axis in axes]
     columns += [np.array([p.metrics[name].value if name in p.metrics else np.nan for p in points]) for name in found]
-    data = as_json(name, axes, points, out / f"{stem}.csv")
+    columns.append(np.array([p.failed for p in points]))
+    data = as_json(name, axes, points, complete, out / f"{stem}.csv")
     for ending in TABLES:
         write_table(out / f"{stem}.{ending}", header, columns)
     (out / f"{stem}.json").write_text(json.dumps(finite(data), indent=2) + "\n", encoding="utf-8")
-    for ending in (*TABLES, "json") if whole else ():
+    for ending in (*TABLES, "json") if complete else ():
         (out / f"sweep.incomplete.{ending}").unlink(missing_ok=True)
     return data

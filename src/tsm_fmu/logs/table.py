@@ -16,14 +16,14 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pacsv
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
-from ..kernels.arrays import FloatArray
 from ..models.contract import InputError
 from .formats import READERS
 from .header import name_and_unit
@@ -181,15 +181,20 @@ def _named(where: str, raw: RawTable) -> tuple[list[Column], list[str]]:
     return columns, notes
 
 
-def write_table(path: Path, header: Sequence[str], columns: Sequence[FloatArray]) -> None:
+def write_table(path: Path, header: Sequence[str], columns: Sequence[NDArray[Any]]) -> None:
     """Write columns so that reading gives the same numbers to the last bit; the file appears only when complete.
+
+    Columns of texts stay texts, all others become floats.
 
     The suffix decides: ``.csv``, ``.csv.gz`` or ``.parquet``.
     """
     form = "".join(path.suffixes[-2:]) if path.suffix == ".gz" else path.suffix
     if form not in (".csv", ".csv.gz", ".parquet"):
         raise InputError(f"{path} -- expected a name that ends in .csv, .csv.gz or .parquet -- rename it")
-    table = pa.table([pa.array(np.asarray(c, dtype=float)) for c in columns], names=list(header))
+    arrays = [
+        pa.array(c) if np.asarray(c).dtype.kind in "UO" else pa.array(np.asarray(c, dtype=float)) for c in columns
+    ]
+    table = pa.table(arrays, names=list(header))
     text = io.BytesIO()
     if form == ".parquet":
         pq.write_table(table, text)

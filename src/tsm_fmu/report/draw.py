@@ -13,9 +13,12 @@ from bokeh.models import (
     BasicTicker,
     BoxAnnotation,
     BoxZoomTool,
+    ColorBar,
     ColumnDataSource,
+    FixedTicker,
     HoverTool,
     LabelSet,
+    LinearColorMapper,
     PanTool,
     ResetTool,
     SaveTool,
@@ -31,6 +34,9 @@ from .panel import Panel, colour
 
 MOST_POINTS = 2000
 """Points drawn per line: enough for any screen, and the page stays small."""
+
+MOST_NAMES = 8
+"""Names along an axis of a map."""
 
 MARKED = "#d0453c"
 """Colour of what is marked or printed, in every figure."""
@@ -106,6 +112,8 @@ def _plot(panel: Panel, most_points: int) -> Any:
     if panel.bands:
         plot.add_layout(Span(location=0.0, dimension="width", line_color="#8a949c"))
     _bars(plot, panel)
+    _steps(plot, panel)
+    _cells(plot, panel)
     _marked(plot, panel)
     return plot
 
@@ -127,6 +135,38 @@ def _bars(plot: Any, panel: Panel) -> None:
     plot.x_range.start, plot.x_range.end = 1.12 * low, 1.5 * high or 1.0  # room for the numbers
     plot.xaxis.ticker = BasicTicker(desired_num_ticks=4, num_minor_ticks=0)
     plot.ygrid.visible = False
+
+
+def _steps(plot: Any, panel: Panel) -> None:
+    if panel.steps is None:
+        return
+    edges, counts = np.asarray(panel.steps.edges, dtype=float), np.asarray(panel.steps.counts, dtype=float)
+    plot.quad(left=edges[:-1], right=edges[1:], bottom=0.0, top=counts, fill_color=colour(0), line_color=None)
+    plot.y_range.start = 0.0
+
+
+def _cells(plot: Any, panel: Panel) -> None:
+    """A map on the numbers of its columns and rows, so that uneven steps and names take equal room."""
+    if panel.cells is None:
+        return
+    values = np.asarray(panel.cells.values, dtype=float)
+    row, column = (index.ravel() for index in np.indices(values.shape))
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+    mapper = LinearColorMapper(palette="Viridis256", low=low, high=high if high > low else low + 1.0, nan_color=MARKED)
+    cells = {"x": column, "y": row, "value": values.ravel()}
+    plot.rect(
+        x="x", y="y", width=1.0, height=1.0, source=ColumnDataSource(cells), line_color=None,
+        fill_color={"field": "value", "transform": mapper},
+    )  # fmt: skip
+    plot.add_layout(ColorBar(color_mapper=mapper, height=12, background_fill_color=None, padding=4), "above")
+    for axis, names in ((plot.xaxis, panel.cells.columns), (plot.yaxis, panel.cells.rows)):
+        some = range(0, len(names), -(-len(names) // MOST_NAMES))
+        axis.ticker = FixedTicker(ticks=list(some))
+        axis.major_label_overrides = {k: names[k] for k in some}
+    plot.x_range.range_padding = plot.y_range.range_padding = 0.0
+    plot.grid.visible = False
+    plot.hover.tooltips = [("", "@value")]
 
 
 def _marked(plot: Any, panel: Panel) -> None:

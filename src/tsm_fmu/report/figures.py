@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..logs.display import display
 from .embed import Plot, single_page
-from .panel import Band, Line, Panel, Span
+from .panel import Band, Cells, Line, Panel, Span, Steps
 
 BAR_PIXELS, AXIS_PIXELS = 30, 50
 """Height of a bar with the room about it, and of the axis below."""
@@ -93,6 +93,19 @@ def time_figure(lines: Sequence[Line], title: str, unit: str) -> Figure:
 def loop_figure(lines: Sequence[Line], title: str, x_label: str, y_label: str) -> Figure:
     """Lines of one quantity over another, as in a hysteresis loop."""
     return Figure(title, (Panel(x_label, y_label, lines=lines, height=420),))
+
+
+def histogram_figure(values: ArrayLike, title: str, x_label: str, y_label: str) -> Figure:
+    """How often values occur."""
+    counts, edges = np.histogram(np.asarray(values, dtype=float), bins="auto")
+    return Figure(title, (Panel(x_label, y_label, steps=Steps(edges, counts), height=260),))
+
+
+def map_figure(
+    values: ArrayLike, title: str, x_label: str, y_label: str, columns: Sequence[str], rows: Sequence[str]
+) -> Figure:
+    """A value for each column and row as a colour; ``values`` has shape (rows, columns), NaN where there is none."""
+    return Figure(title, (Panel(x_label, y_label, cells=Cells(values, columns, rows), height=420),))
 
 
 def channels_figure(

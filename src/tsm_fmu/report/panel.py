@@ -61,6 +61,23 @@ class Level:
 
 
 @dataclass(frozen=True)
+class Steps:
+    """A histogram: counts between edges, one edge more than counts."""
+
+    edges: ArrayLike
+    counts: ArrayLike
+
+
+@dataclass(frozen=True)
+class Cells:
+    """A map: a value for each column and row (shape rows x columns), NaN where there is none, and their names."""
+
+    values: ArrayLike
+    columns: Sequence[str]
+    rows: Sequence[str]
+
+
+@dataclass(frozen=True)
 class Panel:
     """One pair of axes and what is drawn on them; bars lie, so that their names can be read, ``accent`` stands out."""
 
@@ -74,6 +91,8 @@ class Panel:
     points: Sequence[Points] = ()
     spans: Sequence[Span] = ()
     levels: Sequence[Level] = ()
+    steps: Steps | None = None
+    cells: Cells | None = None
     height: int = 320
     log_x: bool = False
 

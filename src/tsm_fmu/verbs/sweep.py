@@ -5,23 +5,21 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
-from itertools import islice
+from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
 from ..cosim import sweep as sweeping
-from ..cosim.cluster import cluster
-from ..cosim.master import simulate_system
-from ..cosim.point_file import PointFile
-from ..cosim.progress import bar
 from ..cosim.sweep import Axis, Point
-from ..cosim.sweep_report import sweep_section
+from ..cosim.sweep_report import chief_numbers, sweep_answer, sweep_section
 from ..models.contract import InputError
 from ..report import write_report
 from ..report.text import text_table
 from . import TIME_LIMIT
+from .choices import Varied, choices
+from .points import How, run_points
 from .systems import Settings, opened
 
 if TYPE_CHECKING:
@@ -58,17 +56,14 @@ class SweepResult:
     @property
     def failures(self) -> tuple[str, ...]:
         """One line for each point that failed: where, and why."""
-        return tuple(
-            f"{', '.join(f'{name} = {value:g}' for name, value in point.values.items())}: {point.failed}"
-            for point in self.points
-            if point.failed
-        )
+        return tuple(f"{sweeping.in_words(point.values)}: {point.failed}" for point in self.points if point.failed)
 
     def summary(self) -> str:
         """The points with their first numbers as text."""
-        units = dict(islice(sweeping.units(self.points).items(), SHOWN))
+        found = sweeping.units(self.points)
+        units = {name: found[name] for name in chief_numbers(list(found))[:SHOWN]}
         rows = [
-            [f"{v:.5g}" for v in point.values.values()]
+            [sweeping.shown(v) for v in point.values.values()]
             + [f"{point.metrics[name].value:.5g}" if name in point.metrics else "failed" for name in units]
             for point in self.points
         ]
@@ -80,9 +75,8 @@ class SweepResult:
         """One row a point: varied values, all numbers, and why it failed (empty if it did not)."""
         import pandas as pd
 
-        varied = {axis.name: axis.unit for axis in self.axes}
         rows = [
-            {f"{name} [{varied[name]}]": value for name, value in point.values.items()}
+            {axis.heading: point.values[axis.name] for axis in self.axes}
             | {f"{name} [{metric.unit}]": metric.value for name, metric in point.metrics.items()}
             | {"failed": point.failed}
             for point in self.points
@@ -117,7 +111,7 @@ class SweepResult:
 
     def as_json(self) -> dict[str, Any]:
         """The JSON contract of ``sweep``."""
-        data = sweeping.as_json(self.name, self.axes, self.points, self.results)
+        data = sweeping.as_json(self.name, self.axes, self.points, True, self.results)
         return data if self.report is None else {**data, "report": str(self.report)}
 
     def _repr_html_(self) -> str:
@@ -126,7 +120,7 @@ class SweepResult:
 
 def sweep(
     what: str | os.PathLike[str],
-    vary: Mapping[str, Sequence[float]],
+    vary: Varied,
     *,
     out: str | os.PathLike[str] | None = None,
     values: Mapping[str, object] | None = None,
@@ -137,6 +131,7 @@ def sweep(
     loops: str | None = None,
     isolate: bool | None = None,
     time_limit: float = TIME_LIMIT,
+    workers: int | None = None,
     scheduler: str | None = None,
     progress: bool = False,
     notes: Callable[[str], object] = lambda _: None,
@@ -147,12 +142,15 @@ def sweep(
     ----------
     what : str or Path
         Name of a scenario, or a file that ends in ``.ssp``.
-    vary : mapping of str to sequence of float
-        Values by ``component.variable``; the grid is their product.
+    vary : mapping of str to sequence
+        The grid is their product: numbers by ``component.variable``; model cards (``.toml``) or FMUs (``.fmu``) by
+        ``component``, which take its place; ``"flavour"``: ``"native"`` and ``"python"``, of a scenario.
     out : str or Path, optional
         Folder for table and report; points are kept there as they are found, so that a killed sweep goes on.
     values, case, stop, step, jacobi, loops, isolate, time_limit, progress
         As in `run`.
+    workers : int, optional
+        Local processes that do the points; one a processor without it, 1: this one.
     scheduler : str, optional
         Address of a Dask scheduler whose workers do the points, as in ``tcp://host:8786``; they see the same folders.
         An FMU that takes its worker with it fails its point; ``isolate`` and ``time_limit`` are for runs here.
@@ -166,44 +164,25 @@ def sweep(
     Raises
     ------
     InputError
-        As in `run`; an axis that no system has; all points failed.
+        As in `run`; an axis that no system has, or a card that does not fit; all points failed.
     """
     folder = None if out is None else Path(out)
-    here = isolate if scheduler is None else False
-    settings = Settings(values or {}, case, stop, step, jacobi, loops, here, time_limit)
+    how = How(workers, scheduler, isolate, time_limit, progress, notes)
+    settings = {name: str(value) for name, value in (values or {}).items()}
     with ExitStack() as stack:
-        system = stack.enter_context(opened(what, folder, settings))
-        axes = sweeping.grid(system.cases, vary)
-        mapped = map if scheduler is None else stack.enter_context(cluster(scheduler))
-        kept = None
-        if folder is not None:
-            folder.mkdir(parents=True, exist_ok=True)
-            kept = PointFile(folder / "sweep.points.jsonl", system.cases, axes, system.record)
-        points: list[Point] = [] if kept is None else kept.points
-        if points:
-            notes(f"{len(points)} of {sweeping.size(axes)} points kept from a sweep that did not end")
-        try:
-            with bar(progress, f"sweep {system.name}", sweeping.size(axes)) as advance:
-                for point in sweeping.sweep(
-                    system.cases, axes, record=system.record, quantities=system.quantities,
-                    simulate=system.simulate if scheduler is None else simulate_system, begin=len(points),
-                    mapped=mapped,
-                ):  # fmt: skip
-                    points.append(point) if kept is None else kept.add(point)
-                    advance(len(points))
-        except KeyboardInterrupt:
-            if not points or folder is None:
-                raise
-            data = sweeping.write_sweep(folder, system.name, axes, points)
-            raise KeyboardInterrupt(f"interrupted; {len(points)} points kept in {data['results']}") from None
+        system = stack.enter_context(
+            opened(what, folder, Settings(settings, case, stop, step, jacobi, loops, False, time_limit))
+        )
+        place = folder or Path(stack.enter_context(TemporaryDirectory(prefix="tsm-fmu-")))
+        found = choices(system, vary, place)
+        points = run_points(
+            system, found.axes, sweeping.grid(found.axes), folder, how, changes=dict(found.changes), settings=settings
+        )
         name = system.name
-    if kept is not None:
-        kept.finish()
-    if all(point.failed for point in points):
-        raise InputError(f"all {len(points)} points failed, the first: {points[0].failed}")
     if folder is None:
-        return SweepResult(name, tuple(axes), tuple(points))
-    data = sweeping.write_sweep(folder, name, axes, points)
-    section = sweep_section(data)
-    report = write_report(folder / "report.html", section.title, section.text, [section], {"tsm-fmu": __version__})
-    return SweepResult(name, tuple(axes), tuple(points), Path(data["results"]), report)
+        return SweepResult(name, found.axes, tuple(points))
+    data = sweeping.write_sweep(folder, name, found.axes, points)
+    section, answer = sweep_section(data), sweep_answer(data)
+    page = replace(section, title="Over what was varied", text="sweep.parquet has every number of every point.")
+    report = write_report(folder / "report.html", section.title, answer, [page], {"tsm-fmu": __version__})
+    return SweepResult(name, found.axes, tuple(points), Path(data["results"]), report)

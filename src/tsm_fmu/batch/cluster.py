@@ -1,32 +1,35 @@
-"""Points of a sweep on a Dask cluster that is there already."""
+"""Work on a Dask cluster that is there already."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from itertools import islice
-from typing import Any
+from typing import Any, TypeVar
 
 from .. import __version__
 from ..models.contract import InputError
-from .sweep import Compute, Point, Values
+from .mapped import Mapped, done
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 PATIENCE = 15.0
 """How long a scheduler and its first worker are waited for [s]."""
 AHEAD = 1000
-"""Points that the scheduler knows of at a time."""
+"""Items that the scheduler knows of at a time."""
 
 _one_at_a_time = threading.Lock()
 
 
 @contextmanager
-def cluster(address: str) -> Iterator[Callable[[Compute, Iterable[Values]], Iterator[Point]]]:
-    """A ``map`` for `sweep` on the workers of a scheduler; results come in order.
+def cluster(address: str) -> Iterator[Mapped]:
+    """A `Mapped` on the workers of a scheduler.
 
-    A point whose worker dies is given to another; one that has taken several workers with it is recorded as failed.
-    FMUs are read where they are: workers see the same folders.
+    An item whose worker dies is given to another; one that has taken several workers with it is lost. Files are read
+    where they are: workers see the same folders.
 
     Parameters
     ----------
@@ -39,7 +42,7 @@ def cluster(address: str) -> Iterator[Callable[[Compute, Iterable[Values]], Iter
         Dask is not installed, no scheduler answers, it has no worker, or workers have another version.
     """
     try:
-        from distributed import Client, KilledWorker
+        from distributed import Client
     except ImportError:
         raise InputError(
             f"--scheduler {address} -- expected the package distributed -- install it with: pip install 'tsm-fmu[dask]'"
@@ -53,28 +56,36 @@ def cluster(address: str) -> Iterator[Callable[[Compute, Iterable[Values]], Iter
         ) from failure
     try:
         _check_workers(client, address)
-
-        def mapped(compute: Compute, points: Iterable[Values]) -> Iterator[Point]:
-            waiting: list[tuple[Values, Any]] = []
-            rest = iter(points)
-            work = partial(_worked, compute)
-            try:
-                while True:
-                    more = list(islice(rest, AHEAD - len(waiting)))
-                    waiting += zip(more, client.map(work, more, pure=False) if more else (), strict=True)
-                    if not waiting:
-                        return
-                    at, future = waiting.pop(0)
-                    try:
-                        yield future.result()
-                    except KilledWorker as lost:
-                        yield Point(at, {}, f"its workers died ({_line(lost)})")
-            finally:
-                client.cancel([future for _, future in waiting])
-
-        yield mapped
+        yield partial(_mapped, client)
     finally:
         client.close()
+
+
+def _mapped(
+    client: Any, work: Callable[[T], R], items: Iterable[tuple[int, T]], lost: Callable[[T, str], R]
+) -> Generator[tuple[int, R], None, None]:
+    from distributed import KilledWorker, as_completed
+
+    rest = iter(items)
+    taken: dict[Any, tuple[int, T]] = {}
+    ready = as_completed(loop=client.loop)
+    there = partial(_worked, work, lost)
+    try:
+        while True:
+            for number, item in islice(rest, AHEAD - len(taken)):
+                future = client.submit(there, item, pure=False)
+                taken[future] = number, item
+                ready.add(future)
+            if not taken:
+                return
+            future = next(ready)
+            number, item = taken.pop(future)
+            try:
+                yield number, future.result()
+            except KilledWorker as killed:
+                yield number, lost(item, f"its workers died ({_line(killed)})")
+    finally:
+        client.cancel(list(taken))
 
 
 def _check_workers(client: Any, address: str) -> None:
@@ -99,9 +110,9 @@ def _version() -> str:
     return __version__
 
 
-def _worked(compute: Compute, at: Values) -> Point:
+def _worked(work: Callable[[T], R], lost: Callable[[T, str], R], item: T) -> R:
     with _one_at_a_time:  # threads of a worker: loading an FMU changes the folder of the process
-        return compute(at)
+        return done(work, lost, item)
 
 
 def _line(failure: BaseException) -> str:
