@@ -68,8 +68,8 @@ def test_any_run_name_and_number_survive(tmp_path_factory: pytest.TempPathFactor
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("format = 1", "format = 2", r"format = 2 -- expected format 1"),
-        ("format = 1\n", "", r"no key format -- expected an integer"),
+        ("format = 2", "format = 3", r"format = 3 -- expected format 1 or 2"),
+        ("format = 2\n", "", r"no key format -- expected an integer"),
         ('model = "PairedTsmBacklash"\n', "", r"no key model -- expected a string"),
         ('"PairedTsmBacklash"', '"PairedTsm"', r"model 'PairedTsm' -- expected one of .*PairedTsmBacklash"),
         ('"published"', '"measured"', r"preset 'measured' of PairedTsmBacklash -- expected one of published"),

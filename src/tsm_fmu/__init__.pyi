@@ -20,6 +20,8 @@ from .verbs.identify import IdentifyResult as IdentifyResult
 from .verbs.identify import identify as identify
 from .verbs.linearize import LinearizeResult as LinearizeResult
 from .verbs.linearize import linearize as linearize
+from .verbs.monte_carlo import MonteCarloResult as MonteCarloResult
+from .verbs.monte_carlo import monte_carlo as monte_carlo
 from .verbs.run import RunResult as RunResult
 from .verbs.run import run as run
 from .verbs.samples import sample as sample

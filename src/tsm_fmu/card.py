@@ -1,7 +1,8 @@
 """Model card: what was fitted, to what, how well it is known. A TOML file of plain data; reading one runs no code.
 
 A card holds the base model, its preset, the effects in order, every parameter with value, unit, standard
-error, bounds and fixed flag, the per-run values, and where it all came from (`Provenance`).
+error, bounds and fixed flag, the per-run values, how the errors are correlated (`Correlation`), and where it all came
+from (`Provenance`).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import tomli_w
 
 from . import __version__
@@ -22,9 +24,11 @@ from .logs.plain_toml import read_toml
 from .models.contract import InputError, Variable
 from .models.unit_text import simplified
 
-__all__ = ["FORMAT", "CardParameter", "ModelCard", "Provenance", "RecordUsed", "read_card", "write_card"]
+__all__ = ["FORMAT", "CardParameter", "Correlation", "ModelCard", "Provenance", "RecordUsed", "read_card", "write_card"]
 
-FORMAT = 1
+FORMAT = 2
+READ = (1, 2)
+"""Formats that are read; 1 has no correlation."""
 _REMEDY = "correct the card, or write it again with 'tsm-fmu identify'"
 
 
@@ -38,6 +42,26 @@ class CardParameter:
     lo: float = -math.inf
     hi: float = math.inf
     fixed: bool = False
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """How the errors of fitted parameters go together: with the standard errors it is the covariance of the fit.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Parameters with a standard error, by public name.
+    matrix : tuple of tuple of float
+        Correlation of their errors.
+    logarithm : tuple of str
+        Those of `names` whose logarithm is taken as normal, with the standard error ``stderr / |value|``; the others
+        are taken as normal themselves.
+    """
+
+    names: tuple[str, ...]
+    matrix: tuple[tuple[float, ...], ...]
+    logarithm: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -79,6 +103,8 @@ class ModelCard:
     provenance : Provenance
     version : int
         Format of the file.
+    correlation : Correlation or None
+        Of the fit's errors; None where nothing was fitted, or by a version that did not write it.
     """
 
     model: str
@@ -88,6 +114,7 @@ class ModelCard:
     per_run: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     provenance: Provenance = field(default_factory=Provenance)
     version: int = FORMAT
+    correlation: Correlation | None = None
 
     def kernel(self) -> Kernel:
         """The model in kernel form.
@@ -228,22 +255,49 @@ _KINDS: dict[type, str] = {
 
 def _card(root: _Table) -> ModelCard:
     version = root.get("format", int)
-    if version != FORMAT:
-        raise root.wrong("format", version, f"format {FORMAT}, the one this version reads")
-    root.only("format", "model", "preset", "effects", "parameters", "per_run", "provenance")
+    if version not in READ:
+        raise root.wrong("format", version, f"format {' or '.join(map(str, READ))}, which this version reads")
+    root.only("format", "model", "preset", "effects", "parameters", "per_run", "provenance", "correlation")
     effects = root.get("effects", list, [])
     if not all(isinstance(effect, str) for effect in effects):
         raise root.wrong("effects", effects, "a list of effect ids")
     parameters, per_run = root.table("parameters"), root.table("per_run")
     runs = {name: per_run.table(name) for name in per_run.data}
+    fitted = {name: _parameter(parameters.table(name)) for name in parameters.data}
     return ModelCard(
         model=root.get("model", str),
         preset=root.get("preset", str, ""),
         effects=tuple(effects),
-        parameters={name: _parameter(parameters.table(name)) for name in parameters.data},
+        parameters=fitted,
         per_run={name: {key: run.get(key, float) for key in run.data} for name, run in runs.items()},
         provenance=_provenance(root.table("provenance")),
+        correlation=_correlation(root.table("correlation"), fitted) if "correlation" in root.data else None,
     )
+
+
+def _correlation(table: _Table, parameters: Mapping[str, CardParameter]) -> Correlation:
+    table.only("names", "matrix", "logarithm")
+    names, logarithm = table.get("names", list), table.get("logarithm", list, [])
+    known = [name for name, p in parameters.items() if p.stderr is not None]
+    if len(set(map(str, names))) < len(names) or not all(name in known for name in names):
+        raise table.wrong(
+            "names", names, f"parameters that have a stderr ({', '.join(known) or 'none here'}), each once"
+        )
+    if not all(name in names and parameters[name].value != 0.0 for name in logarithm):
+        raise table.wrong("logarithm", logarithm, "some of its names, of values that are not 0")
+    matrix, size = table.get("matrix", list), len(names)
+    rows = [row if isinstance(row, list) else [] for row in matrix]
+    if len(rows) != size or not all(
+        len(row) == size and all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in row) for row in rows
+    ):
+        raise table.wrong("matrix", matrix, f"{size} rows of {size} numbers")
+    values = np.array(rows, dtype=float).reshape(size, size)
+    proper = np.isfinite(values).all() and np.allclose(values, values.T, atol=1e-6)
+    if not (
+        proper and np.allclose(np.diag(values), 1.0, atol=1e-6) and np.linalg.eigvalsh(values).min(initial=0) > -1e-6
+    ):
+        raise table.wrong("matrix", matrix, "a correlation: symmetric, 1 on the diagonal, no negative eigenvalue")
+    return Correlation(tuple(names), tuple(tuple(map(float, row)) for row in rows), tuple(logarithm))
 
 
 def _parameter(table: _Table) -> CardParameter:
@@ -291,7 +345,7 @@ def _check_declared(name: str, parameter: CardParameter, declared: Mapping[str, 
 
 
 def _plain(card: ModelCard) -> dict[str, Any]:
-    made = card.provenance
+    made, errors = card.provenance, card.correlation
     return {
         "format": card.version,
         "model": card.model,
@@ -302,6 +356,7 @@ def _plain(card: ModelCard) -> dict[str, Any]:
             for name, parameter in card.parameters.items()
         },
         "per_run": {run: dict(values) for run, values in card.per_run.items()},
+        **({} if errors is None else {"correlation": {key: list(value) for key, value in vars(errors).items()}}),
         "provenance": {
             "package_version": made.package_version,
             "seed": made.seed,

@@ -131,7 +131,7 @@ class Work:
         texts = tuple(value for value in at.values() if isinstance(value, str))
         change = self.changes.get(texts, Change())
         cases = with_fmus(self.cases, change.fmus)
-        numbers = {name: repr(value) for name, value in at.items() if not isinstance(value, str)}
+        numbers = {name: repr(value) for name, value in at.items() if not isinstance(value, str) and "." in name}
         return with_values(cases, {**change.values, **self.settings, **numbers})
 
 
@@ -243,14 +243,16 @@ def _plain(metrics: Mapping[str, Metric]) -> dict[str, Any]:
 
 
 def write_sweep(
-    out: Path, name: str, axes: Sequence[Axis], points: Sequence[Point], complete: bool = True
+    out: Path, name: str, axes: Sequence[Axis], points: Sequence[Point], complete: bool = True, kind: str = "sweep"
 ) -> dict[str, Any]:
     """Write ``sweep.csv``, ``sweep.parquet`` and ``sweep.json`` and return the object of the latter.
+
+    ``kind`` is another stem of the names.
 
     Rows are points; a failed one has its values, empty numbers, and why in the last column. A sweep that was
     interrupted is marked ``incomplete`` in both file names; a whole one removes those.
     """
-    stem = "sweep" if complete else "sweep.incomplete"
+    stem = kind if complete else f"{kind}.incomplete"
     found = units(points)
     header = [*(axis.heading for axis in axes), *(f"{name} [{unit}]" for name, unit in found.items()), "failed"]
     columns: list[Any] = [np.array([p.values[axis.name] for p in points]) for axis in axes]
@@ -261,5 +263,5 @@ def write_sweep(
         write_table(out / f"{stem}.{ending}", header, columns)
     (out / f"{stem}.json").write_text(json.dumps(finite(data), indent=2) + "\n", encoding="utf-8")
     for ending in (*TABLES, "json") if complete else ():
-        (out / f"sweep.incomplete.{ending}").unlink(missing_ok=True)
+        (out / f"{kind}.incomplete.{ending}").unlink(missing_ok=True)
     return data

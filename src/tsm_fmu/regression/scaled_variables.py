@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kernels.arrays import FloatArray
+from ..models.contract import Quantity
 from .problem import Problem
 
 DECADES = 6.0
@@ -118,16 +119,19 @@ class ScaledVariables:
         return self.problem.refused(table if self.problem.per_run else table[:1])
 
 
+def logarithm_sign(quantity: Quantity) -> float:
+    """Sign of a parameter that is searched, and known, in its logarithm; 0 for every other one."""
+    if quantity.lo == 0.0 and quantity.open_lo:
+        return 1.0
+    return -1.0 if quantity.hi == 0.0 and quantity.open_hi else 0.0
+
+
 def _axis(problem: Problem, field: str, run: int | None, scale: float, table: FloatArray) -> ScaledVariable:
     parameter, quantity = problem.space[field], problem.declared[field].quantity
     column = problem.fields.index(field)
     centre = float(table[run or 0, column])
     scale = scale if math.isfinite(scale) else max(abs(centre), 1.0)
-    sign = 0.0
-    if quantity.lo == 0.0 and quantity.open_lo:
-        sign = 1.0
-    elif quantity.hi == 0.0 and quantity.open_hi:
-        sign = -1.0
+    sign = logarithm_sign(quantity)
     if not sign:
         return ScaledVariable(
             field, run, column, centre, scale, sign, (parameter.lo - centre) / scale, (parameter.hi - centre) / scale

@@ -108,7 +108,8 @@ def _plot(panel: Panel, most_points: int) -> Any:
         x, low, mean, high = (np.asarray(v, dtype=float) for v in (band.x, band.low, band.mean, band.high))
         plot.varea(x, low, high, fill_color=colour(number), fill_alpha=0.22, name=band.name)
         plot.line(x, mean, line_color=colour(number), line_width=1.8, name=band.name)
-        plot.scatter(x, mean, color=colour(number), size=5, name=band.name)
+        if band.marked:
+            plot.scatter(x, mean, color=colour(number), size=5, name=band.name)
     if panel.bands:
         plot.add_layout(Span(location=0.0, dimension="width", line_color="#8a949c"))
     _bars(plot, panel)

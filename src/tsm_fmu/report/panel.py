@@ -24,13 +24,14 @@ class Line:
 
 @dataclass(frozen=True)
 class Band:
-    """Means with an interval, as a line with a shaded band."""
+    """Means with an interval, as a line with a shaded band; ``marked``: a point at each mean."""
 
     name: str
     x: ArrayLike
     mean: ArrayLike
     low: ArrayLike
     high: ArrayLike
+    marked: bool = True
 
 
 @dataclass(frozen=True)

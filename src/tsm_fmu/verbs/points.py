@@ -15,8 +15,6 @@ from ..cosim.sweep import Axis, Change, Point, Values, Work
 from ..models.contract import InputError
 from .systems import Opened
 
-KEPT = "sweep.points.jsonl"
-
 
 @dataclass(frozen=True)
 class How:
@@ -40,6 +38,7 @@ def run_points(
     changes: dict[tuple[str, ...], Change],
     settings: dict[str, str],
     traced: str = "",
+    kind: str = "sweep",
 ) -> list[Point]:
     """All points in their order; those that an earlier call left in the folder are not run again.
 
@@ -55,17 +54,17 @@ def run_points(
     wanted = how.isolate if how.scheduler is None else False  # the workers of a cluster are replaced when they die
     simulate = Simulator(foreign(fmus) if wanted is None else wanted, how.time_limit)
     work = Work(system.cases, system.record, system.quantities, simulate, changes, settings, traced)
-    kept = None if folder is None else Kept(folder / KEPT, sweeping.identity(work, points))
+    kept = None if folder is None else Kept(folder / f"{kind}.points.jsonl", sweeping.identity(work, points))
     done = {} if kept is None else {n: Point.from_plain(plain) for n, plain in kept.results.items()}
     if done:
-        how.notes(f"{len(done)} of {len(points)} points kept from a sweep that did not end")
+        how.notes(f"{len(done)} of {len(points)} points kept from a {kind} that did not end")
 
     def keep(number: int, point: Point) -> None:
         if kept is not None:
             kept.add(number, asdict(point))
 
     try:
-        with bar(how.progress, f"sweep {system.name}", len(points)) as advance:
+        with bar(how.progress, f"{kind} {system.name}", len(points)) as advance:
             advance(len(done))
             run_batch(
                 work, points, done, lost=sweeping.lost, keep=keep, workers=how.workers, scheduler=how.scheduler,
@@ -74,7 +73,7 @@ def run_points(
     except KeyboardInterrupt:
         if not done or folder is None:
             raise
-        data = sweeping.write_sweep(folder, system.name, axes, _ordered(done), complete=False)
+        data = sweeping.write_sweep(folder, system.name, axes, _ordered(done), complete=False, kind=kind)
         raise KeyboardInterrupt(f"interrupted; {len(done)} points kept in {data['results']}") from None
     finally:
         simulate.close()
