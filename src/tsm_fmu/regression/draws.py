@@ -78,7 +78,9 @@ def draw(card: ModelCard, number: int, seed: int | tuple[int, ...]) -> Draws:
         one = np.where(logarithm, grown, value + z)
         try:
             if not ((one >= low) & (one <= high)).all():
-                raise InputError("out of the card's bounds")
+                raise InputError(
+                    f"draw {one.tolist()} -- expected values in the card's own bounds -- widen them, or fit more runs"
+                )
             kernel.params(card.preset or None, {**fixed, **dict(zip(errors.names, one.tolist(), strict=True))})
         except InputError as wrong:
             refused += 1

@@ -29,9 +29,9 @@ from ..report import write_report
 from ..report.text import text_table
 from . import TIME_LIMIT
 from .choices import card_change
-from .models import ModelLike, chosen_model
+from .models import ModelLike, resolve_model
 from .points import How, run_points
-from .systems import Opened, opened
+from .systems import Opened, Settings, opened
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -197,7 +197,9 @@ def monte_carlo(
     how = How(workers, scheduler, isolate, time_limit, progress, notes)
     settings = {name: str(value) for name, value in (values or {}).items()}
     with ExitStack() as stack:
-        system = stack.enter_context(opened(what, folder, settings, case, stop, step, jacobi, loops, False, time_limit))
+        system = stack.enter_context(
+            opened(what, folder, Settings(settings, case, stop, step, jacobi, loops, False, time_limit))
+        )
         place = folder or Path(stack.enter_context(TemporaryDirectory(prefix="tsm-fmu-")))
         change, axes, points, said = _drawn(system, cards, draws, seed, settings, place)
         traced = _traced(system.cases, system.record, signal)
@@ -206,8 +208,8 @@ def monte_carlo(
         )
         nominal, drawn = found[0], found[1:]
         if nominal.failed or all(point.failed for point in drawn):
-            why = nominal.failed or f"all draws failed, the first: {drawn[0].failed}"
-            raise InputError(why)
+            wrong = nominal.failed or drawn[0].failed
+            raise InputError(f"the card's own values or all draws failed, the first: {wrong}")
         shown = {
             name: made
             for name, (one, experiment) in system.cases.items()
@@ -226,7 +228,7 @@ def _drawn(
     columns: dict[str, np.ndarray] = {"draw": np.arange(draws + 1.0)}
     units, said = {"draw": "1"}, []
     for number, (component, model) in enumerate(cards.items()):
-        card = chosen_model(model).card
+        card = resolve_model(model).card
         if card is None:
             raise InputError(f"{component}={model} -- expected a model card -- fit one with 'tsm-fmu identify'")
         change = card_change(system, component, card, folder)

@@ -79,10 +79,13 @@ def run_points(
         simulate.close()
     if kept is not None:
         kept.finish()
-    found = _ordered(done)
-    if all(point.failed for point in found):
-        raise InputError(f"all {len(found)} points failed, the first: {found[0].failed}")
-    return found
+    return _some_good(_ordered(done))
+
+
+def _some_good(points: list[Point]) -> list[Point]:
+    if all(point.failed for point in points):
+        raise InputError(f"all {len(points)} points failed, the first: {points[0].failed}")
+    return points
 
 
 def _ordered(done: dict[int, Point]) -> list[Point]:
