@@ -20,6 +20,7 @@ from . import (
     kernel_vs_c,
     master_speed,
     native_step,
+    one_form,
     simulation_speed,
 )
 from .blind import __main__ as blind
@@ -39,6 +40,7 @@ def main() -> int:
         kernel_vs_c.ratios(),
         fmu_cost.ratios(),
         native_step.ratios(),
+        one_form.ratios(),
         fmu_c_host.ratios(),
         master_speed.ratios(),
         simulation_speed.ratios(),

@@ -19,9 +19,11 @@ from tsm_fmu.models import MODELS
 CHAINS = (
     "DistalEstimator+load_dependence+coulomb+backlash@x_out+sensor_lag@x_in",
     "TendonDrive+stribeck+backlash@x_out",
-    "LebusTransmission+inertia+delay",
+    "LebusCompensator+backlash+sensor_lag",
+    "LebusTransmission+smooth_backlash+delay",
+    "DcMotor+smooth_backlash+delay",
 )
-"""With a load that is solved for, of the drive, and on the largest model."""
+"""With a load that is solved for, of the drive, and on the largest models."""
 
 
 def main(texts: list[str]) -> int:

@@ -199,7 +199,10 @@ def test_libcosim_gives_the_same_last_digit(fmu):
     np.testing.assert_allclose(values, expected()[-1], rtol=1e-12)
 
 
-def test_ecos_gives_the_same_last_digit(fmu, tmp_path):
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_ecos_gives_the_same_last_digit(fmu, tmp_path, fmi):
+    if fmi == 3:
+        fmu = build_fmu(kernel(NAME), tmp_path / f"{NAME}.fmu", flavour="native", fmi=3, platforms=["x86_64-linux"])
     script = (
         "import json, sys\nfrom ecospy import EcosSimulation, EcosSimulationStructure\n"
         "structure = EcosSimulationStructure()\nstructure.add_model('drive', sys.argv[1])\n"

@@ -2,7 +2,10 @@
 
 import ctypes
 import math
+import shutil
+import subprocess
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +19,7 @@ from tsm_fmu.models import MODELS
 
 from .conftest import wandering_inputs
 from .native_units import Unit, opened
+from .test_native_platforms import host_of
 
 STEP = 0.01
 LINUX = {2: "linux64", 3: "x86_64-linux"}
@@ -62,6 +66,21 @@ def test_the_numbers_are_those_of_plain_python(native, module, fmi):
     with opened(native(k.name, fmi)) as unit:
         unit.initialise(**dict(zip((v.name for v in k.inputs), u[0], strict=True)))
         assert driven(unit, k, u, 1, time.size) == expected
+
+
+@pytest.mark.parametrize("module", MODELS, ids=lambda m: m.NAME)
+def test_no_model_keeps_memory_of_its_lives(native, tmp_path, module):
+    """`python -m benchmarks.soak` does this a million times, with ten million steps."""
+    if not shutil.which("gcc"):
+        pytest.skip("no gcc here: install it")
+    path = native(module.NAME, 2)
+    with zipfile.ZipFile(path) as archive:
+        library = Path(archive.extract(f"binaries/linux64/{module.NAME}.so", tmp_path))
+    soak = {"LIVES": 40_000, "STEPS": 40_000}
+    program = host_of(path, library, 2, ["gcc", "-O1", "-ldl"], tmp_path / "host", **soak)
+    done = subprocess.run([str(program)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert int(done.stdout) < 100  # kB; four bytes a life would be 140
 
 
 @VERSIONS

@@ -34,15 +34,18 @@ int snprintf(char *text, size_t size, const char *format, ...)
 #ifndef LIVES
 #define LIVES 0
 #endif
+#ifndef INPUTS  /* 0 for a unit without inputs, else 1 */
+#define INPUTS 1
+#endif
 
 #if LIVES > 0
-static long resident(void)  /* kB */
+static long resident(void)  /* kB, without pages of files: code that is met late is no growth */
 {
-    long pages = 0, all = 0;
+    long pages = 0, shared = 0, all = 0;
     FILE *file = fopen("/proc/self/statm", "r");
-    if (file == NULL || fscanf(file, "%ld %ld", &all, &pages) != 2) return -1;
+    if (file == NULL || fscanf(file, "%ld %ld %ld", &all, &pages, &shared) != 3) return -1;
     fclose(file);
-    return 4 * pages;
+    return 4 * (pages - shared);
 }
 #endif
 
@@ -107,11 +110,11 @@ static int run(void)
 #endif
         steps = life == LIVES ? STEPS : 1;
         for (k = 0; k < steps; k++) {
-            double u = (k * 37L % 200) / 400.0 - 0.2;
+            double u = (k * 37L % 200) / 400.0 - (LIVES > 0 ? 0.0 : 0.2);
 #if FMI == 2
-            int status = set(unit, &input, 1, &u) | step(unit, k * STEP, STEP, 1) | get(unit, &output, 1, &y);
+            int status = set(unit, &input, INPUTS, &u) | step(unit, k * STEP, STEP, 1) | get(unit, &output, 1, &y);
 #else
-            int status = set(unit, &input, 1, &u, 1) | step(unit, k * STEP, STEP, true, &event, &end, &early, &time)
+            int status = set(unit, &input, INPUTS, &u, INPUTS) | step(unit, k * STEP, STEP, true, &event, &end, &early, &time)
                 | get(unit, &output, 1, &y, 1);
 #endif
             worst |= status;
