@@ -61,3 +61,20 @@ def test_the_split_of_a_step_does_not_matter_at_rest():
     coarse = played(np.array([0.0, 0.5]), np.zeros(2), 0.9)[-1, 0]
     time = np.linspace(0.0, 0.5, 61)
     assert coarse == pytest.approx(played(time, np.zeros(61), 0.9)[-1, 0], abs=1e-9)
+
+
+def test_a_jump_of_the_command_is_taken_up_at_the_speed_of_the_pulses():
+    """Beyond the highest speed the command is made up for later; without a limit the jump is lost but for a pitch."""
+    time = np.arange(0.0, 1.0, 7e-3)
+    command = np.where(time > 0.1, 7.3, 0.0)
+    limited = played(time, command, 0.21, omega_max=11.0)
+    late = (time > 0.25) & (time < 0.7)
+    assert np.mean(np.diff(limited[late, 0])) / 7e-3 == pytest.approx(11.0, rel=2e-3)  # micro-steps ripple it
+    assert limited[-1, 0] == pytest.approx(7.3, abs=math.pi / 50)
+    assert abs(played(time, command, 0.21)[-1, 0] - 7.3) > math.tau / 50
+
+
+def test_a_command_slower_than_the_limit_is_followed_as_without_one():
+    time = np.arange(0.0, 0.5, 3e-3)
+    command = 0.9 * np.sin(4.0 * time)
+    np.testing.assert_array_equal(played(time, command, 0.3, omega_max=3.7), played(time, command, 0.3))

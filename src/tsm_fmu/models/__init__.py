@@ -4,6 +4,7 @@ from . import (
     dc_motor,
     distal_estimator,
     feedforward_compensator,
+    hanging_load,
     lebus_compensator,
     lebus_transmission,
     lebus_winding,
@@ -38,6 +39,7 @@ MODELS = (
     stepper_motor,
     pid_controller,
     rotational_load,
+    hanging_load,
     reference_signal,
     sum,
 )

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
 
 import numpy as np
@@ -65,6 +67,12 @@ def trials(values: tuple[str, ...], unit: str, where: str) -> Printed:
     reach = float(student.ppf(0.975, n - 1) * np.std(numbers, ddof=1) * math.sqrt(1.0 + 1.0 / n))
     mean = float(np.mean(numbers))
     return Printed(f"{found[0]} to {found[-1]}", Span(mean - reach, mean + reach), unit, where)
+
+
+def last_digit(numbers: Iterable[float]) -> float:
+    """Unit of the last decimal place that any of the numbers has, as they are printed."""
+    places = [-int(Decimal(repr(number)).normalize().as_tuple().exponent) for number in numbers]
+    return 10.0 ** -max(0, *places)
 
 
 def value(text: str) -> float:

@@ -67,6 +67,8 @@ class Trial:
         that out.
     cutoff : float
         Of the filter then [Hz].
+    genetic_s : float
+        Length of the part of each motion that the genetic search gets [s], where a step of the model is dear.
     """
 
     model: str
@@ -78,6 +80,7 @@ class Trial:
     rows_s: float
     encoder: float = 0.0
     cutoff: float = 10.0
+    genetic_s: float = math.inf
 
     @property
     def truth(self) -> dict[str, float]:
@@ -175,7 +178,10 @@ def _rows(trial: Trial, motion: Motion, name: str, method: str, rng: np.random.G
         counts = trial.encoder * np.round(columns["x"] / trial.encoder)
         columns |= dict(zip(("x", "v", "a"), prepared(time, counts, trial.cutoff), strict=True))
         noisy = filtered(noisy, float(time[1] - time[0]), trial.cutoff)
-    used = np.flatnonzero((time >= motion.window[0] - 1e-9) & (time <= motion.window[1] + 1e-9))
+    begin, end = motion.window
+    if method == GENETIC:
+        end = min(end, begin + trial.genetic_s)
+    used = np.flatnonzero((time >= begin - 1e-9) & (time <= end + 1e-9))
     every = max(1, round(trial.rows_s / (time[1] - time[0])))
     if method == GENETIC:
         every *= math.ceil(used.size / every / ROWS)

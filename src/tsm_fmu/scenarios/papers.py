@@ -54,8 +54,12 @@ CASES: tuple[str, ...] = ("m05_180", "m05_540", "m10_180", "m10_540")
 NAMES: dict[str, str] = dict(
     zip(CASES, ("0.5 kg, 180 deg", "0.5 kg, 540 deg", "1 kg, 180 deg", "1 kg, 540 deg"), strict=True)
 )
-WEIGHT_N: dict[str, float] = dict(zip(CASES, (0.5 * 9.81, 0.5 * 9.81, 9.81, 9.81), strict=True))
-"""Load m g of the cases."""
+G = 9.81
+"""Gravity [m/s2]."""
+MASS_KG: dict[str, float] = dict(zip(CASES, (0.5, 0.5, 1.0, 1.0), strict=True))
+"""Load of the cases."""
+WEIGHT_N: dict[str, float] = {case: mass * G for case, mass in MASS_KG.items()}
+"""Their weight m g."""
 FORWARD_MM: dict[str, float] = dict(zip(CASES, (1.77, 3.21, 4.808, 10.37), strict=True))
 """AME 2020 Fig. 16: largest error forward."""
 REVERSE_MM: dict[str, float] = dict(zip(CASES, (156.28, 187.06, 202.33, 205.99), strict=True))

@@ -10,13 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ...cosim.trajectory import Trajectory
-from ...kernels.kernel import kernel
 from ...scenarios.lebus_drive import LEAD
-from ...scenarios.papers import CASES, FORWARD_MM, NAMES, REVERSE_MM, SAME_BEND, SAME_BEND_MM, WEIGHT_N
+from ...scenarios.papers import CASES, FORWARD_MM, NAMES, REVERSE_MM, SAME_BEND, SAME_BEND_MM
 from ..claims import Claim, Method, Open, number_claim, open_claim, statement_claim, together_claim
 from ..verdict import Condition, Kind, Span, Verdict, number
-from .loops import Drive, at_end, compensated_error, error, lost_motion, runs, travel
-from .printed import FORWARD, PEAK, RESIDUAL, REVERSE, THEORY_FORWARD, THEORY_REVERSE
+from . import compensated
+from .compensated import residual_claims
+from .loops import Drive, at_end, error, lost_motion, runs, travel
+from .printed import FORWARD, PEAK, REVERSE, THEORY_FORWARD, THEORY_REVERSE
 from .tendon import modulus_band
 
 LOW, HIGH = modulus_band()
@@ -25,7 +26,8 @@ WOUND = Open("strain of the wound tendon", "none or that of T_a0", "not in Eqs (
 KEPT = Open("preload of tendon b", "lost at once, or 1.1 N kept throughout", "not printed for the way there")
 TURNS = Open("turns a layer", "5 to 10", "10 turns in two layers, Fig. 16 and the wheel's text")
 SLIP = Open("slip length on the wheel", "0 to 10 mm", "Eqs (9), (13) are per length; none is printed")
-ENCODER = Open("layers of the winding", "one radius, or 5 to 10 turns a layer", "not printed")
+DIGIT_MM = max(print_.span.width for print_ in FORWARD.values())
+"""Last digit of the errors of Fig. 16 [mm]."""
 PLAIN = 6786.0
 """EA of the runs that others are scaled from [N]; elastic errors go with 1/EA."""
 
@@ -68,31 +70,11 @@ def found(quick: bool) -> Found:
         drives[f"layers.{n_t:g}"] = Drive("m05_180", values, there=True, lead=LEAD)
     for s_w in (5e-3, 10e-3):
         drives[f"slip.{s_w:g}"] = Drive("m05_180", {"winding_strain": 0}, slip=s_w, there=True)
-    for case in ("m05_180", "m10_540"):
-        drives[f"compensated.{case}"] = Drive(case, there=True, command=_from_first_displacement(case))
-    done = runs(drives)
+    done = runs(drives | compensated.drives())
     EA, name = _best(done)
     best = runs({c: _forward_drive(c, EA, READINGS[name]) for c in CASES})
     forward = {NAMES[c]: at_end(run) for c, run in best.items()}
     return Found({**done, **{f"best.{c}": run for c, run in best.items()}}, forward, EA, READINGS[name])
-
-
-def _from_first_displacement(case: str) -> tuple[float, float]:
-    """Gain and offset of the command, from what the driver travels before the follower moves ("initial stage").
-
-    The travel s0 is the path's stretch, (T_a0 I - T_0 L)/EA: that gives T_a0, and with it the strain that is wound.
-    The encoder of the follower resolves 0.1 deg.
-    """
-    p = kernel("LebusTransmission").params(case)
-    lam = p.mu * math.radians(float(case.rpartition("_")[2]))
-    length = p.L[0]
-    integral = length * -math.expm1(-lam) / lam
-    pull = WEIGHT_N[case] * math.exp(lam)
-    true = (pull * integral - p.T_0 * length) / p.EA
-    count = math.radians(0.1) * p.D / 2.0
-    measured = count * round(true / count)
-    strain = ((measured * p.EA + p.T_0 * length) / integral - p.T_0) / p.EA
-    return 1.0 + strain, measured / (p.D / 2.0)
 
 
 def _forward_drive(case: str, EA: float, r: Reading) -> Drive:
@@ -127,7 +109,7 @@ def displacement_claims(f: Found) -> list[Claim]:
         _theory_reverse(f),
         _same_bend(),
         _wheel(f),
-        *_residuals(f),
+        *residual_claims(f.runs),
     ]
 
 
@@ -169,12 +151,12 @@ def _shape(f: Found) -> Claim:
         "mm",
         "'the displacement error increased gradually up to approximately 2/3 of the stroke, and the remaining 1/3 of "
         "the displacement error then decreased gradually'",
-        {"Eqs (23), (30)": Condition(max(rise.values()), ">=", 0.1)},
+        {"Eqs (23), (30)": Condition(max(rise.values()), ">=", DIGIT_MM)},
         kind=Kind.MEASUREMENT,
         assumed=(STIFFNESS,),
         why={
             Verdict.NOT_EXPLAINED: "with one radius for all layers the error does not depend on the stroke (the limit "
-            "is the last digit of what the figure could show, 0.1 mm); radii that grow by layer make it rise and fall"
+            "is the last digit of its printed errors); radii that grow by layer make it rise and fall"
         },
         method=Method.CO_SIMULATION,
     )
@@ -336,33 +318,3 @@ def _wheel(f: Found) -> Claim:
         assumed=(SLIP,),
         method=Method.CO_SIMULATION,
     )
-
-
-def _residuals(f: Found) -> list[Claim]:
-    left = []
-    for case in ("m05_180", "m10_540"):
-        run = f.runs[f"compensated.{case}"]
-        moving = travel(run) > 20.0  # before it the driver takes up what it measures
-        left.append(float(np.abs(compensated_error(run)[moving]).max()))
-    layered = [float(np.abs(error(run)).max()) for name, run in f.runs.items() if name.startswith("layers.")]
-    return [
-        open_claim(
-            "ame2020.residual_forward",
-            ("Fig. 19", "Fig. 20"),
-            "forward error with compensation from the follower's first displacement",
-            "no equation gives the residual: with one radius the scheme leaves a count of the encoder and what the "
-            f"first millimetres hide ({number(min(left))} to {number(max(left))} mm), layers that it does not know "
-            f"leave up to {number(max(layered))} mm",
-            ours=Span.of(*left, max(layered)),
-            prints=[RESIDUAL["forward"]],
-            assumed=(ENCODER,),
-            method=Method.CO_SIMULATION,
-        ),
-        open_claim(
-            "ame2020.residual_reverse",
-            ("Fig. 19", "Fig. 20"),
-            "reverse error with compensation",
-            "no equation gives the residual: it is the repeatability of a slack that no equation gives either",
-            prints=[RESIDUAL["reverse"]],
-        ),
-    ]

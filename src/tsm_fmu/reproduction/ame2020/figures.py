@@ -26,20 +26,21 @@ from ...scenarios.papers import (
 )
 from ..draw import plot
 from ..printed import value
+from .compensated import PAIR, residual_figures
 from .displacement import Found
-from .loops import at_end, compensated_error, error, travel
-from .printed import CALIBRATION, RESIDUAL, THEORY_FORWARD, THEORY_REVERSE
+from .loops import at_end, error, travel
+from .printed import CALIBRATION, THEORY_FORWARD, THEORY_REVERSE
 from .winding import rows_of_eq4, winding_position
 
-PAIR = ("m05_180", "m10_540")
 Panels = tuple[Figure, ...]
+TWO = tuple(PAIR.values())
 
 
 def displacement_figures(f: Found) -> dict[str, Panels]:
     """Figs 13 to 20."""
     there = {c: _way(f.runs[f"best.{c}"], back=False) for c in CASES}
     back = {c: _way(f.runs[f"cycle.{c}"], back=True) for c in CASES}
-    own = {c: _way(f.runs[f"cycle.{c}"], back=False) for c in PAIR}
+    own = {c: _way(f.runs[f"cycle.{c}"], back=False) for c in TWO}
     layered = [
         Line(f"{name.removeprefix('layers.')} turns a layer", travel(run), error(run))
         for name, run in f.runs.items()
@@ -53,9 +54,9 @@ def displacement_figures(f: Found) -> dict[str, Panels]:
     ]
     figures: dict[str, Panels] = {
         "Fig. 13": (
-            plot(_lines(own, PAIR, 0), "Forward, theory", "s_in [mm]", "s_out [mm]"),
+            plot(_lines(own, TWO, 0), "Forward, theory", "s_in [mm]", "s_out [mm]"),
             plot(
-                _lines(own, PAIR, 1),
+                _lines(own, TWO, 1),
                 "Error forward, theory",
                 "s_in [mm]",
                 "error [mm]",
@@ -65,14 +66,19 @@ def displacement_figures(f: Found) -> dict[str, Panels]:
                         [785.0],
                         [FORWARD_MM[c]],
                     )
-                    for c in PAIR
+                    for c in TWO
                 ],
             ),
         ),
         "Fig. 14": (
-            plot(_lines(back, PAIR, 0), "Reverse, slack as input", "travel back [mm]", "s_out travelled back [mm]"),
             plot(
-                _lines(back, PAIR, 1),
+                _lines(back, TWO, 0),
+                "Reverse, slack as input",
+                "travel back [mm]",
+                "s_out travelled back [mm]",
+            ),
+            plot(
+                _lines(back, TWO, 1),
                 "Error in reverse, slack as input",
                 "travel back [mm]",
                 "error [mm]",
@@ -82,7 +88,7 @@ def displacement_figures(f: Found) -> dict[str, Panels]:
                         [785.0],
                         [REVERSE_MM[c]],
                     )
-                    for c in PAIR
+                    for c in TWO
                 ],
             ),
         ),
@@ -135,9 +141,7 @@ def displacement_figures(f: Found) -> dict[str, Panels]:
         ),
         "Fig. 18": (plot(_lines(there, SAME_BEND, 1), "Two loads at 540 deg", "s_in [mm]", "error [mm]", points=bent),),
     }
-    bands = [(f"printed: {RESIDUAL['forward'].text} mm", *RESIDUAL["forward"].span.ends)]
-    for label, case in (("Fig. 19", "m05_180"), ("Fig. 20", "m10_540")):
-        run = f.runs[f"compensated.{case}"]
+    for label, case in PAIR.items():
         figures[label] = (
             plot(
                 [Line("without", there[case][0], there[case][2])],
@@ -146,13 +150,7 @@ def displacement_figures(f: Found) -> dict[str, Panels]:
                 "error [mm]",
                 points=[(f"printed {FORWARD_MM[case]:g} (Fig. 16)", [785.0], [FORWARD_MM[case]])],
             ),
-            plot(
-                [Line("with", travel(run), compensated_error(run))],
-                "Forward, from the first displacement",
-                "s_in [mm]",
-                "error [mm]",
-                bands=bands,
-            ),
+            *residual_figures(f.runs, label),
         )
     return figures
 

@@ -19,6 +19,7 @@ from ...cosim.system import Component, Connection, System, Value
 from ...cosim.trajectory import Trajectory
 from ...kernels.arrays import FloatArray
 from ...scenarios import lebus_drive
+from ...scenarios.papers import MASS_KG, G
 from ..loops import FMUS, co_simulate
 
 RADIUS, STEP = lebus_drive.RADIUS, lebus_drive.STEP
@@ -45,6 +46,8 @@ class Drive:
         Angle at which the driver starts [rad]: inside the grooves of the transmission, where these begin at 0.
     kept : float
         Tension that tendon b keeps, and that tendon a carries besides the weight [N].
+    compensator : mapping or None
+        Parameters of a LebusCompensator with those of the transmission otherwise; None: there is none.
     """
 
     case: str
@@ -54,6 +57,7 @@ class Drive:
     command: tuple[float, float] = (1.0, 0.0)
     lead: float = 0.0
     kept: float = 0.0
+    compensator: Mapping[str, Value] | None = None
 
 
 def runs(drives: Mapping[str, Drive]) -> dict[str, Trajectory]:
@@ -69,10 +73,13 @@ def _case(drive: Drive) -> Case:
 
 
 def _system(drive: Drive) -> System:
-    fmus, variant = {m: FMUS[m] for m in lebus_drive.FMUS}, lebus_drive.Variant(lead=drive.lead)
+    fmus, variant = (
+        {m: FMUS[m] for m in lebus_drive.FMUS},
+        lebus_drive.Variant(lead=drive.lead, compensator=drive.compensator),
+    )
     loop = lebus_drive.loop(fmus, drive.case, variant, drive.case, slip=drive.slip)
     shared = {f"winding.{n}": repr(drive.values[n]) for n in ("n_t", "n_layers") if n in drive.values}
-    load = {"load.k3": repr(drive.kept * RADIUS), "load.u3": "1.0"} if drive.kept else {}
+    load = {"load.m": repr(MASS_KG[drive.case] + drive.kept / G)} if drive.kept else {}
     loop = loop.with_values({f"transmission.{n}": repr(v) for n, v in drive.values.items()} | shared | load)
     if drive.command == (1.0, 0.0):
         return loop
@@ -99,13 +106,6 @@ def travel(run: Trajectory) -> FloatArray:
 def error(run: Trajectory) -> FloatArray:
     """Commanded minus followed tendon [mm]."""
     return lebus_drive.error_mm(run)
-
-
-def compensated_error(run: Trajectory) -> FloatArray:
-    """The same with a compensation, whose sum comes to the motor one communication step late: that is not counted."""
-    wanted = run.columns["reference.y"]
-    late = np.concatenate([wanted[:1], wanted[:-1]])
-    return 1e3 * RADIUS * (late - run.columns["transmission.theta_out"])
 
 
 def at_end(run: Trajectory) -> float:

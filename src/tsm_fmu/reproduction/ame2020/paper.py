@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..recovery import recovery_table
 from ..result import PaperResult
+from .compensated import PAIR, residual_table
 from .displacement import displacement_claims, found
 from .figures import calibration_figure, displacement_figures, preload_figure, winding_figure
 from .lugre import identified, identified_claim
@@ -22,7 +23,11 @@ def result(quick: bool = False) -> PaperResult:
             "Table 1": calibration_figure(),
             **displacement_figures(f),
         },
-        {"Fig. 3": groove_table(), "Eq. (40)": recovery_table(lugre)},
+        {
+            "Fig. 3": groove_table(),
+            "Eq. (40)": recovery_table(lugre),
+            **{item: residual_table(f.runs, item) for item in PAIR},
+        },
         {"Fig. 16": TEXT},
     )
 

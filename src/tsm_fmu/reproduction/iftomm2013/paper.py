@@ -19,6 +19,7 @@ from ..claims import Claim, Method, Open, open_claim, statement_claim
 from ..draw import half_width, plot
 from ..loops import co_simulate
 from ..motions import driven, signal
+from ..printed import last_digit
 from ..recovery import recovery_table
 from ..result import PaperResult
 from ..shapes import shape_figures, transition_claim
@@ -32,6 +33,8 @@ MULTI_PERIODIC = ((3e-3, 0.2), (2e-3, 0.35))
 SPRING = (18.0, 1000.0)
 """Tension [N] and stiffness [N/m] at the far end; assumed, as in `single_tsm_force`."""
 EXPERIMENT = Experiment(stop=20.0, step=1e-3, evaluate_from=5.0)
+DIGIT_N = last_digit(value for value, unit in kernel(MODEL).presets["published"].printed.values() if unit == "N")
+"""Last printed digit of the numbers of F_f [N]: what is smaller would not show in them."""
 
 
 def result(quick: bool = False) -> PaperResult:
@@ -170,7 +173,7 @@ def _rises_and_falls() -> Claim:
         )
         top = int(np.argmax(level))
         rise, fall = float(level[top] - level[0]), float(level[top] - level[-1])
-        readings[name] = Condition(min(rise, fall), ">=", 1e-3)
+        readings[name] = Condition(min(rise, fall), ">=", DIGIT_N)
     return statement_claim(
         "iftomm2013.rises_and_falls",
         "Eq. (1)",

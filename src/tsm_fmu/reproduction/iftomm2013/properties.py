@@ -124,7 +124,9 @@ def _dissipation(run: Trajectory, loops: dict[str, FloatArray]) -> list[Claim]:
         for name, force in loops.items():
             work = 0.5 * (force[1:] + force[:-1]) * np.diff(x) * 1e3
             stored = np.diff(force**2) / (2.0 * slope[name])
-            found[name] = Condition(float(((work - stored) / np.diff(run.time)).min()), ">=", -1e-2)
+            coarse = 0.5 * (force[2:] + force[:-2]) * (x[2:] - x[:-2]) * 1e3  # steps of twice the length
+            off = float(np.abs(coarse - work[1:] - work[:-1]).max()) / float(run.time[1] - run.time[0])
+            found[name] = Condition(float(((work - stored) / np.diff(run.time)).min()), ">=", -off)
         return found
 
     return [
@@ -138,7 +140,7 @@ def _dissipation(run: Trajectory, loops: dict[str, FloatArray]) -> list[Claim]:
             assumed=(MOTION, SYMBOLS),
             why={
                 Verdict.NOT_DETERMINED: "it holds only where the slope k of F is 1 N/mm: mild evidence for reading A "
-                "(the limit is the error of the trapezoidal rule)"
+                "(the limit is what the trapezoidal rule changes with twice the step)"
             },
             method=Method.CO_SIMULATION,
         ),

@@ -27,7 +27,7 @@ def identified(runs: Mapping[str, Trajectory], quick: bool) -> dict[str, Recover
         {
             "friction": Trial(
                 "PairedTsmFriction", "raw", "F", _motions(runs, moved, "friction.F"), NAMES["friction"], force, 2e-2,
-                encoder=COUNT,
+                encoder=COUNT, genetic_s=2.5,
             ),
             "backlash": Trial(
                 "PairedTsmBacklash", "published", "x_out",
