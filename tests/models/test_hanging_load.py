@@ -12,7 +12,7 @@ M, RADIUS, G = 0.731, 0.0173, 9.80665
 def played(phi, s):
     """Torque and lift."""
     rows = np.column_stack([phi, np.broadcast_to(np.asarray(s, dtype=float), np.shape(phi))])
-    return K.simulate(K.params(values={"m": M, "r": RADIUS}), np.arange(len(phi)) * 7e-3, rows).T
+    return K.simulate(K.params(values={"m": M, "r": RADIUS, "phi_0": phi[0]}), np.arange(len(phi)) * 7e-3, rows).T
 
 
 @pytest.mark.parametrize("s", [1.0, -1.0, 0.0, 0.37])

@@ -14,7 +14,7 @@ from tsm_fmu import InputError
 from tsm_fmu.reproduction import reproduce, write_reproduction
 from tsm_fmu.reproduction.claims import NOTHING, Method
 from tsm_fmu.reproduction.mmt2015.printed import allowed_mse
-from tsm_fmu.reproduction.page import source
+from tsm_fmu.reproduction.page import place, source, tests_of
 from tsm_fmu.reproduction.published import ITEMS, PAPERS
 from tsm_fmu.reproduction.verdict import (
     Condition,
@@ -87,6 +87,21 @@ def test_every_row_shows_the_code_that_computed_it(done):
         text = source(claim.code)
         assert text.startswith("def "), claim.key
         assert re.search(r"(claim|_claim)\(", text), claim.key
+
+
+def test_every_row_shows_the_tests_that_name_it(done):
+    """Tests of this repository: one for every row, more for the rows that they name."""
+    named = 0
+    for claim in done.claims:
+        tests = tests_of(claim.key)
+        assert tests[-1]["name"] == "test_every_verdict_follows_from_its_numbers", claim.key
+        for test in tests[:-1]:
+            assert claim.key in test["text"] or "reading_unique" in claim.key, claim.key
+            named += 1
+        file, _, line = place(claim.code).rpartition(":")
+        text = (Path(__file__).parents[2] / file).read_text(encoding="utf-8").splitlines()[int(line) - 1]
+        assert text.startswith(f"def {claim.code.partition(':')[2]}("), claim.key
+    assert named > 20
 
 
 def test_the_table_is_written_as_csv_and_json(done, tmp_path):
@@ -228,6 +243,12 @@ def test_what_comes_back_is_counted_by_the_table(done):
 
 def test_the_backlash_set_comes_back_whole(reading):
     assert reading("mssp2015.reading_unique_backlash", "recovered") == 3
+
+
+def test_after_a_reversal_the_output_tension_follows_less(claims):
+    """Slope k/(k + dF/dx): the spring's 1 N/mm against the presliding stiffness, which is at least as large."""
+    ratios = [c["value"] for c in claims["iftomm2013.phases"].numbers["readings"].values()]
+    assert all(0.0 < ratio < 0.6 for ratio in ratios)
 
 
 def test_many_masses_beat_one(reading):

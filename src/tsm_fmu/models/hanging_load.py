@@ -4,7 +4,7 @@ Elementary statics (AME 2020 loads its follower wheel with 0.5 and 1 kg and prin
 do at the turn)::
 
     tau = s m g r                                                                       (1)
-    h = integral of s r dphi                                                            (2)
+    h = integral of s r dphi, from phi_0 on                                             (2)
 
 s is 1 while the weight hangs on the cord that motion to positive phi winds up, -1 on the one wound the other way, 0
 when it is set down, and between them while it is taken up or put down. h is how far the wheel has lifted it: m g h is
@@ -26,6 +26,7 @@ class Params(NamedTuple):
     m: Annotated[float, Quantity("kg", "mass of the weight, Eq (1)", lo=0.0)] = 0.5
     r: Annotated[float, Quantity("m", "radius of the wheel to the cord, Eq (1)", lo=0.0, display="mm")] = 0.0125
     g: Annotated[float, Quantity("m/s2", "gravity, Eq (1)", lo=0.0)] = 9.80665
+    phi_0: Annotated[float, Quantity("rad", "angle of the wheel where h is 0, Eq (2)", display="deg")] = 0.0
 
 
 class State(NamedTuple):
@@ -56,7 +57,8 @@ PRESETS = {
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(u.phi, 0.0), Outputs(_torque(p, u.s), 0.0)
+    h = u.s * p.r * (u.phi - p.phi_0)  # (2)
+    return State(u.phi, h), Outputs(_torque(p, u.s), h)
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:

@@ -6,7 +6,8 @@ import ast
 from functools import cache
 from importlib import import_module
 from inspect import getsource
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from .. import __version__
 from ..report import Figure
@@ -113,7 +114,8 @@ def _row(claim: Claim) -> dict[str, Any]:
         "assumed": [str(a) for a in claim.assumed],
         "code": claim.code,
         "source": source(claim.code),
-        "test": f"tests/reproduction/test_claims.py, {claim.key}",
+        "place": place(claim.code),
+        "tests": tests_of(claim.key),
     }
 
 
@@ -139,6 +141,53 @@ def source(code: str) -> str:
         if isinstance(node, ast.FunctionDef) and node.name == name:
             return "\n".join(text.splitlines()[node.lineno - 1 : node.end_lineno])
     raise ValueError(f"code {code!r} -- expected module:function")
+
+
+def place(code: str) -> str:
+    """File and line of the function that computes a claim, from the folder of the package on."""
+    module, _, name = code.partition(":")
+    found = import_module(module)
+    for node in ast.parse(getsource(found)).body:
+        if isinstance(node, ast.FunctionDef) and node.name == name:
+            return f"src/{module.replace('.', '/')}.py:{node.lineno}"
+    raise ValueError(f"code {code!r} -- expected module:function")
+
+
+HELD = "tests/reproduction/test_claims.py", "test_every_verdict_follows_from_its_numbers"
+"""The test that every row has."""
+
+
+def tests_of(key: str) -> list[dict[str, str]]:
+    """Tests that a row has: file, name and text of those that name it, then the one of every row.
+
+    The text is there if the package runs from its repository, whose tests are not part of an installation.
+    """
+    own = [test for test in _tests() if key in test.keys or test[:2] == HELD]
+    if not own:
+        return [{"file": HELD[0], "name": HELD[1], "text": ""}]
+    return [{"file": t.file, "name": t.name, "text": t.text} for t in own]
+
+
+class _Test(NamedTuple):
+    file: str
+    name: str
+    keys: frozenset[str]
+    text: str
+
+
+@cache
+def _tests() -> tuple[_Test, ...]:
+    root = Path(__file__).parents[3]
+    found = []
+    for path in sorted((root / "tests" / "reproduction").glob("test_*.py")):
+        text = path.read_text(encoding="utf-8")
+        for node in ast.parse(text).body:
+            if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
+                keys = {n.value for n in ast.walk(node) if isinstance(n, ast.Constant) and isinstance(n.value, str)}
+                body = "\n".join(text.splitlines()[node.lineno - 1 : node.end_lineno])
+                found.append(_Test(path.relative_to(root).as_posix(), node.name, frozenset(keys), body))
+    # the tests that name a row come first
+    return tuple(sorted(found, key=lambda test: (test.file, test.name) == HELD))
 
 
 def _item(item: Item, result: PaperResult, plots: Plots) -> dict[str, Any]:

@@ -184,7 +184,7 @@ def cases(fmus: Mapping[str, Path]) -> dict[str, Case]:
 def loop(fmus: Mapping[str, Path], condition: str, variant: Variant, name: str, *, slip: float = SLIP) -> System:
     """Return the drive under one load and bend; ``slip`` as `SLIP` [m]."""
     preset = kernel("LebusTransmission").presets[condition].si
-    weight: dict[str, Value] = {"m": MASS_KG[condition], "g": G, "r": RADIUS}
+    weight: dict[str, Value] = {"m": MASS_KG[condition], "g": G, "r": RADIUS, "phi_0": variant.lead}
     cord: dict[str, Value] = {"k1": 0.5, "k2": 0.5, "k3": 0.0, "u3": 0.0}
     if not variant.changes_sides:
         cord = {"k1": 0.0, "k2": 0.0, "k3": 1.0, "u3": 1.0}

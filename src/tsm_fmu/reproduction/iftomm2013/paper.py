@@ -26,6 +26,7 @@ from ..shapes import shape_figures, transition_claim
 from ..verdict import Condition, Kind, Span, Verdict
 from .printed import ERROR
 from .properties import MODEL, MOTION, READINGS, SYMBOLS, property_claims
+from .tensions import tension_claim, tension_figures, tension_runs
 from .unique import unique, unique_claim
 
 MULTI_PERIODIC = ((3e-3, 0.2), (2e-3, 0.35))
@@ -43,8 +44,9 @@ def result(quick: bool = False) -> PaperResult:
     runs = co_simulate(cases)
     loops = {name: run.columns["plant.F"] for name, run in runs.items()}
     first = next(iter(runs.values()))
-    identified = unique(first, quick)
+    identified, tensions = unique(first, quick), tension_runs()
     claims = (
+        tension_claim(tensions),
         *_loops(loops),
         _level(),
         _continuity(),
@@ -57,7 +59,7 @@ def result(quick: bool = False) -> PaperResult:
     )
     return PaperResult(
         claims,
-        {"Fig. 3": shape_figures(quick), "Fig. 4": _figures(first, loops)},
+        {"Fig. 1": tension_figures(tensions), "Fig. 3": shape_figures(quick), "Fig. 4": _figures(first, loops)},
         {"Fig. 4": recovery_table(identified)},
         {"Fig. 4": ASSUMED},
     )
