@@ -41,8 +41,8 @@ def tension_claim(runs: Mapping[str, Trajectory]) -> Claim:
         "Fig. 1",
         "dT_out/dT_in just after a reversal over that at the highest speed of the same stroke, three readings",
         "'the tendon tension for the output side will remain nearly constant before starting to increase with the "
-        "input tendon': below 1 the output follows less, as the input has to change friction first; how nearly constant "
-        "it is hangs on the spring, which is not printed",
+        "input tendon': below 1 the output follows less, as the input has to change friction first; how nearly "
+        "constant it is hangs on the spring, which is not printed",
         ours=Span.of(*(_slopes(run) for run in runs.values())),
         unit="1",
         assumed=(MOTION, SYMBOLS, FIG_1_SPRING),
