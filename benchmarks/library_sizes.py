@@ -20,6 +20,7 @@ CHAINS = (
     "DistalEstimator+load_dependence+coulomb+backlash@x_out+sensor_lag@x_in",
     "TendonDrive+stribeck+backlash@x_out",
     "LebusCompensator+backlash+sensor_lag",
+    "LebusCompensator+smooth_backlash+sensor_lag+delay",
     "LebusTransmission+smooth_backlash+delay",
     "DcMotor+smooth_backlash+delay",
 )
