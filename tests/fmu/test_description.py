@@ -9,6 +9,7 @@ import pytest
 from tsm_fmu import __version__
 from tsm_fmu.fmu.build import python_flavour
 from tsm_fmu.fmu.description import Flavour, decade, interface, model_description
+from tsm_fmu.fmu.description3 import model_description3
 from tsm_fmu.fmu.reference import reference_run
 from tsm_fmu.kernels.chain import chain
 from tsm_fmu.kernels.kernel import Kernel, kernel
@@ -36,11 +37,13 @@ def test_every_variable_is_there_with_its_unit_bounds_and_meaning(model):
     for v in declared:
         node = listed[v.name]
         (typed,) = node
-        assert node.get("description") == v.quantity.meaning
-        assert typed.tag == ("Enumeration" if v.quantity.choices else {float: "Real", int: "Integer"}[v.kind])
+        assert (node.get("description") or "").startswith(v.quantity.meaning)
+        assert typed.tag == {float: "Real", int: "Integer"}[v.kind]
         assert float(typed.get("min", "-inf")) == v.quantity.lo
         assert float(typed.get("max", "inf")) == v.quantity.hi
-        if v.kind is float:
+        if v.kind is float and model.roles.any_unit and v not in model.parameters:
+            assert not {"unit", "displayUnit"} & set(typed.attrib)
+        elif v.kind is float:
             assert typed.get("unit") == v.quantity.unit
             assert typed.get("displayUnit", "") == v.quantity.display
 
@@ -62,6 +65,9 @@ def test_units_are_defined_once_and_display_units_convert(model):
     units = {u.get("name", ""): u for u in xml.iter("Unit")}
     assert len(units) == len(list(xml.iter("Unit")))
     for real in xml.iter("Real"):
+        if "unit" not in real.attrib:
+            assert model.roles.any_unit
+            continue
         unit, display = real.get("unit", ""), real.get("displayUnit")
         exponents = {k: float(x) for k, x in units[unit].find("BaseUnit").attrib.items()}  # type: ignore[union-attr]
         assert exponents == {k: x for k, x in unit_to_si(unit).base if x}
@@ -93,7 +99,7 @@ def test_structure_lists_the_outputs_and_what_they_depend_on(model):
 
 def test_causality_variability_and_initial(model):
     for node in described(model).iter("ScalarVariable"):
-        integer = node[0].tag in ("Integer", "Enumeration")
+        integer = node[0].tag == "Integer"
         expected = {
             "parameter": ("fixed", "exact", True),
             "input": ("discrete" if integer else "continuous", None, True),
@@ -125,20 +131,24 @@ def test_a_flavour_says_what_it_needs_and_what_helped():
     assert [c.attrib for c in helped.iter("Category")] == [{"name": "logAll", "description": "all"}]
 
 
-def test_choices_are_enumerations_with_a_type_of_their_own(model):
-    xml = described(model)
-    types = {t.get("name"): list(t.iter("Item")) for t in xml.iter("SimpleType")}
-    names = {v.get("name") for v in xml.iter("ScalarVariable")}
+def test_choices_are_integers_with_their_names_in_words_and_enumerations_in_fmi_3(model):
     declared = [v for v in (*model.parameters, *model.inputs, *model.outputs) if v.quantity.choices]
-    assert len(types) == len(declared)
+    xml, xml3 = described(model), model_description3(interface(model, model.name, {}), "guid", Flavour("", "", {}, {}))
+    assert not list(xml.iter("Enumeration"))  # libcosim and ecos do not set one
+    types = {t.get("name"): list(t.iter("Item")) for t in xml3.iter("EnumerationType")}
+    listed = {v.get("name"): v for v in xml3.iter("Enumeration")}
+    names = {v.get("name") for v in xml.iter("ScalarVariable")}
+    assert len(types) == len(declared) == len(listed)
     assert not names & set(types)
-    assert (xml.find("TypeDefinitions") is None) == (not declared)
     for v in declared:
-        items = types[by_name(xml)[v.name][0].get("declaredType")]
+        items = types[listed[v.name].get("declaredType")]
+        numbers = [int(i.get("value", "")) for i in items]
         assert v.kind is int
-        assert [int(i.get("value", "")) for i in items] == list(range(int(v.quantity.lo), int(v.quantity.hi) + 1))
+        assert numbers == list(range(int(v.quantity.lo), int(v.quantity.hi) + 1))
         assert [i.get("name") for i in items] == list(v.quantity.choices)
         assert len(set(v.quantity.choices)) == len(items)
+        words = ", ".join(f"{n} = {name}" for n, name in zip(numbers, v.quantity.choices, strict=True))
+        assert by_name(xml)[v.name].get("description") == f"{v.quantity.meaning} ({words})"
 
 
 def test_a_whole_number_is_a_choice_or_a_count_with_bounds(model):

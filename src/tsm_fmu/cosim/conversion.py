@@ -43,7 +43,7 @@ def conversion(
     definitions : tuple of mappings
         Units that the file of each side defines itself.
     any_to_one : bool
-        Whether ``1`` takes and gives any unit unchanged, as a `Sum` must.
+        Whether ``1`` takes and gives any unit unchanged, as the sums of other tools declare it.
 
     Raises
     ------

@@ -16,7 +16,7 @@ from xml.etree.ElementTree import Element, SubElement
 from .. import __version__
 from ..kernels.kernel import Kernel
 from ..logs.units import unit_to_si
-from ..models.contract import DefaultExperiment, Variable, sizes, variables
+from ..models.contract import DefaultExperiment, Quantity, Variable, sizes, variables
 
 FIXED_DATE = "1980-01-01T00:00:00Z"
 """Date of generation and of every file in the archive: equal content gives equal bytes."""
@@ -32,6 +32,15 @@ class Entry:
     causality: str
     start: float | None
     nominal: float | None = None
+    unitless: bool = False
+
+    @property
+    def unit(self) -> dict[str, str]:
+        """Attributes that declare the unit; none for a signal that takes any (`Roles.any_unit`)."""
+        quantity = self.variable.quantity
+        if self.unitless:
+            return {}
+        return {"unit": quantity.unit, **({"displayUnit": quantity.display} if quantity.display else {})}
 
 
 @dataclass(frozen=True)
@@ -114,8 +123,9 @@ def interface(
     for v in kernel.parameters:
         nominals[v.name] = decade(v.start) or units.get(v.quantity.unit)
     entries = [Entry(v, "parameter", start_values.get(v.name, v.start), nominals[v.name]) for v in kernel.parameters]
-    entries += [Entry(v, "input", v.start, nominals.get(v.name)) for v in kernel.inputs]
-    entries += [Entry(v, "output", None, nominals.get(v.name)) for v in kernel.outputs]
+    free = kernel.roles.any_unit
+    entries += [Entry(v, "input", v.start, nominals.get(v.name), free) for v in kernel.inputs]
+    entries += [Entry(v, "output", None, nominals.get(v.name), free) for v in kernel.outputs]
     summary = (kernel.module.__doc__ or kernel.name).strip().splitlines()[0].rstrip(".")
     arrays = {k: v for fields in (kernel.module.Params, kernel.module.Inputs, kernel.module.Outputs)
               for k, v in _arrays(fields).items()}  # fmt: skip
@@ -160,7 +170,6 @@ def model_description(fmu: Interface, guid: str, flavour: Flavour) -> Element:
         for file in flavour.sources:
             SubElement(files, "File", name=file)
     add_units(SubElement(root, "UnitDefinitions"), fmu.entries)
-    _add_types(root, fmu.entries)
     categories = SubElement(root, "LogCategories")
     for category, meaning in flavour.log_categories.items():
         SubElement(categories, "Category", name=category, description=meaning)
@@ -179,7 +188,7 @@ def _add_variable(parent: Element, entry: Entry, reference: int) -> None:
     attributes = {
         "name": variable.name,
         "valueReference": str(reference),
-        "description": quantity.meaning,
+        "description": quantity.meaning + _named(quantity),
         "causality": entry.causality,
         "variability": "fixed" if entry.causality == "parameter" else changing,
     }
@@ -188,18 +197,12 @@ def _add_variable(parent: Element, entry: Entry, reference: int) -> None:
     node = SubElement(parent, "ScalarVariable", attributes)
     bounds = {"min": quantity.lo, "max": quantity.hi, "start": entry.start}
     numbers = {k: number_text(variable.kind, x) for k, x in bounds.items() if x is not None and math.isfinite(x)}
-    if quantity.choices:
-        SubElement(node, "Enumeration", {"declaredType": choice_type(variable), **numbers})
-        return
     if variable.kind is int:
         SubElement(node, "Integer", numbers)
         return
-    units = {"unit": quantity.unit}
-    if quantity.display:
-        units["displayUnit"] = quantity.display
     if entry.nominal:
         numbers["nominal"] = number_text(float, entry.nominal)
-    SubElement(node, "Real", {**units, **numbers})
+    SubElement(node, "Real", {**entry.unit, **numbers})
 
 
 def number_text(kind: type, number: Any) -> str:
@@ -207,27 +210,21 @@ def number_text(kind: type, number: Any) -> str:
     return str(int(number)) if kind is int else repr(float(number))
 
 
-def choice_type(variable: Variable) -> str:
-    return f"{variable.name.replace('.', '_')}_choice"  # not the name of any variable
+def _named(quantity: Quantity) -> str:
+    """Names of a choice, for a description.
 
-
-def _add_types(root: Element, entries: Iterable[Entry]) -> None:
-    chosen = [entry.variable for entry in entries if entry.variable.quantity.choices]
-    if not chosen:
-        return  # the schema has no empty list
-    parent = SubElement(root, "TypeDefinitions")
-    for variable in chosen:
-        quantity = variable.quantity
-        node = SubElement(parent, "SimpleType", name=choice_type(variable), description=quantity.meaning)
-        items = SubElement(node, "Enumeration")
-        for value, choice in enumerate(quantity.choices, start=int(quantity.lo)):
-            SubElement(items, "Item", name=choice, value=str(value))
+    FMI 2.0 would have it as an Enumeration, which libcosim and ecos never set: a system would run there with other
+    values, and only a warning. It is an Integer with bounds here, which every host sets; FMI 3.0 has the Enumeration.
+    """
+    if not quantity.choices:
+        return ""
+    return f" ({', '.join(f'{n} = {name}' for n, name in enumerate(quantity.choices, start=int(quantity.lo)))})"
 
 
 def add_units(parent: Element, entries: Iterable[Entry]) -> None:
     displays: dict[str, set[str]] = {}
     for entry in entries:
-        if entry.variable.kind is float:
+        if entry.variable.kind is float and not entry.unitless:
             quantity = entry.variable.quantity
             displays.setdefault(quantity.unit, set()).update([quantity.display] if quantity.display else [])
     for unit in sorted(displays):

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from xml.etree.ElementTree import Element, SubElement
 
-from .description import Flavour, Interface, about, add_units, choice_type, needed_inputs, number_text
+from ..models.contract import Variable
+from .description import Flavour, Interface, about, add_units, needed_inputs, number_text
 
 TERMINALS = {
     "drive": (
@@ -98,9 +99,7 @@ def _add_variable(parent: Element, fmu: Interface, reference: int) -> None:
     if entry.causality != "input":
         attributes["initial"] = "exact" if entry.causality == "parameter" else "calculated"
     if variable.kind is float:
-        attributes["unit"] = quantity.unit
-        if quantity.display:
-            attributes["displayUnit"] = quantity.display
+        attributes |= entry.unit
     bounds = {"min": quantity.lo, "max": quantity.hi, "start": entry.start}
     attributes |= {k: number_text(variable.kind, x) for k, x in bounds.items() if x is not None and math.isfinite(x)}
     if quantity.choices:
@@ -113,6 +112,11 @@ def _add_variable(parent: Element, fmu: Interface, reference: int) -> None:
     node = SubElement(parent, "Float64" if variable.kind is float else "Int32", attributes)
     if size:
         SubElement(node, "Dimension", start=str(size))
+
+
+def choice_type(variable: Variable) -> str:
+    """Name of the type of a choice: not that of any variable."""
+    return f"{variable.name.replace('.', '_')}_choice"
 
 
 def _add_types(root: Element, fmu: Interface) -> None:

@@ -83,6 +83,9 @@ class Roles(NamedTuple):
         model can carry effects that change what friction does to a motion.
     held_load : HeldLoad or None
         Present: the model has a parameter ``hold`` and states ``slid``, ``v_in`` and that of its `load`.
+    any_unit : bool
+        Whether inputs and outputs take any unit, as a sum does: FMUs and systems then declare none for them, so that no
+        host looks for a conversion.
     experiment : DefaultExperiment
         Stop time and step that suit the model.
     """
@@ -97,4 +100,5 @@ class Roles(NamedTuple):
     friction: FrictionPort | None = None
     lost_motion: Mapping[str, Callable[[Any, Any, Any], Any]] = {}
     held_load: HeldLoad | None = None
+    any_unit: bool = False
     experiment: DefaultExperiment = DefaultExperiment()

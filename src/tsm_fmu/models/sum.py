@@ -5,7 +5,7 @@ Elementary signal block (no paper)::
     y = k_1 u_1 + k_2 u_2 + k_3 u_3                                                     (1)
 
 Source: definition. Validity: any finite input; without memory, so the step size does not matter.
-Unit-agnostic: y has the unit of k_j u_j.
+y has the unit of k_j u_j, whatever that is: an FMU declares none for u_j and y.
 """
 
 from typing import Annotated, NamedTuple
@@ -13,7 +13,7 @@ from typing import Annotated, NamedTuple
 from .contract import DefaultExperiment, Preset, Quantity, Roles
 
 NAME = "Sum"
-ROLES = Roles(experiment=DefaultExperiment(20.0, 0.01))
+ROLES = Roles(any_unit=True, experiment=DefaultExperiment(20.0, 0.01))
 
 
 class Params(NamedTuple):

@@ -162,7 +162,7 @@ def _write_connection(connections: Any, connection: Connection, described: Mappi
 
 
 def _takes_any(connection: Connection, described: Mapping[str, Description]) -> bool:
-    """Whether a unit meets ``1``, which takes any here (a `Sum`): other tools are told to take the number as it is."""
+    """Whether a unit meets ``1``, which takes any here: other tools are told to take the number as it is."""
     units = []
     for address in (connection.source, connection.target):
         component, _, variable = address.partition(".")
