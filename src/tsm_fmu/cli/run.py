@@ -5,7 +5,20 @@ from __future__ import annotations
 import typer
 
 from .app import AsJson, app, print_json, settings
-from .systems import TIME_LIMIT, Case, Folder, Isolate, Jacobi, Loops, Step, StopTime, System, TimeLimit, Values
+from .systems import (
+    TIME_LIMIT,
+    Case,
+    Folder,
+    Isolate,
+    Jacobi,
+    Loops,
+    Step,
+    StepError,
+    StopTime,
+    System,
+    TimeLimit,
+    Values,
+)
 
 
 @app.command("run")
@@ -20,6 +33,7 @@ def run(
     loops: Loops = None,
     isolate: Isolate = None,
     time_limit: TimeLimit = TIME_LIMIT,
+    step_error: StepError = None,
     as_json: AsJson = False,
 ) -> None:
     """Co-simulate a scenario or an SSP: results, statistics, report, and the system as .ssp."""
@@ -28,7 +42,7 @@ def run(
     result = run_system(
         what, out=out, values=settings(values), case=case, stop=stop, step=step, jacobi=jacobi, loops=loops,
         isolate=isolate,
-        time_limit=time_limit, progress=not as_json,
+        time_limit=time_limit, step_error=step_error, progress=not as_json,
     )  # fmt: skip
     for line in result.messages:
         typer.echo(line, err=True)

@@ -40,3 +40,11 @@ Scheduler = Annotated[
     str | None,
     typer.Option("--scheduler", metavar="ADDRESS", help="Work on the workers of this Dask scheduler instead."),
 ]
+StepError = Annotated[
+    float | None,
+    typer.Option(
+        "--step-error",
+        metavar="SHARE",
+        help="Divide the step where its error is larger than this share of a signal (0.001), rolling FMUs back.",
+    ),
+]

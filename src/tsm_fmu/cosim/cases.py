@@ -12,6 +12,7 @@ from .description import describe
 from .master import simulate_system
 from .metric import CaseMetrics, Metric, spread
 from .ssp import Case
+from .system import System
 from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 
 
@@ -55,6 +56,12 @@ def selected(cases: Mapping[str, Case], names: Sequence[str]) -> dict[str, Case]
     return {name: case for name, case in cases.items() if not names or name in names}
 
 
+def present(system: System, record: Sequence[str] | None) -> list[str] | None:
+    """What of ``record`` the system has; None stays None."""
+    names = {c.name for c in system.components}
+    return None if record is None else [a for a in record if a.partition(".")[0] in names]
+
+
 def run_cases(
     cases: Mapping[str, Case],
     *,
@@ -77,8 +84,6 @@ def run_cases(
     _check_cases(cases)
     done: dict[str, Trajectory] = {}
     for name, (system, experiment) in cases.items():
-        present = {c.name for c in system.components}
-        wanted = None if record is None else [a for a in record if a.partition(".")[0] in present]
         try:
             done[name] = simulate(
                 replace(system, name=name),
@@ -87,8 +92,9 @@ def run_cases(
                 start=experiment.start,
                 method=experiment.method,
                 loops=experiment.loops,
-                record=wanted,
+                record=present(system, record),
                 progress=progress,
+                **({} if experiment.step_error is None else {"step_error": experiment.step_error}),
             )
         except SimulationStopped as stopped:
             reason = str(stopped) if len(cases) == 1 else f"case {name}: {stopped}"

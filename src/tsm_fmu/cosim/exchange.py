@@ -107,6 +107,8 @@ def iterated(
             "-- choose --loops delay"
         )
     late = [_transfer(link, instances) for link in loop.late]
+    for instance, _ in parts:
+        instance.do_step.goes_back = True
 
     def advance(time: float, step: float) -> None:
         states = [instance.save_state() for instance, _ in parts]

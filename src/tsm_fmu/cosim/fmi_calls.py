@@ -91,10 +91,16 @@ class Step:
         Of the FMU.
     fmi3 : bool
         Whether it also answers with flags and the time that it reached.
+
+    Attributes
+    ----------
+    goes_back : bool
+        Whether a state from before a step may be restored after it, of which the FMU is told.
     """
 
     def __init__(self, function: Any, component: Any, fmi3: bool) -> None:
         self._function, self._component, self.fmi3 = function, component, fmi3
+        self.goes_back = False
         self._flags = (ctypes.c_bool * 3)()  # event handling needed, terminate, early return
         self._reached = ctypes.c_double()
         flags: Sequence[Any] = [ctypes.byref(self._flags, k) for k in range(3)]
@@ -103,8 +109,8 @@ class Step:
 
     def __call__(self, time: float, dt: float) -> int:
         if self.fmi3:
-            return self._function(self._component, time, dt, True, *self._answers)
-        return self._function(self._component, time, dt, 1)
+            return self._function(self._component, time, dt, not self.goes_back, *self._answers)
+        return self._function(self._component, time, dt, not self.goes_back)
 
     def ended_at(self, time: float, dt: float) -> float | None:
         """Time that an FMI 3.0 unit reached when it asked to end the simulation [s]; None while it goes on."""

@@ -136,6 +136,11 @@ class FmuInstance:
         return tuple(f"{self.name}: {line}" for line in self._log)
 
     @property
+    def lost(self) -> bool:
+        """Whether it returned Error or Fatal, after which FMI has no way back."""
+        return self._stage in ("failed", "fatal")
+
+    @property
     def last_log(self) -> str:
         """Last line that the FMU logged; empty if none."""
         return self._log[-1] if self._log else ""

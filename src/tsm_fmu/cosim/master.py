@@ -35,6 +35,7 @@ from .stopping import StopRequest, interruptible
 from .system import System, Wiring, check_system
 from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 from .unpack import unpacked
+from .variable_step import VariableStep, check_variable_step
 
 Run = Callable[[int, int, int, StopRequest], int]
 """Take steps; see `Program.run`."""
@@ -60,8 +61,9 @@ def simulate_system(
     journal: Journal | None = None,
     compiled: bool | None = None,
     stimuli: Sequence[Stimulus] = (),
+    step_error: float | None = None,
 ) -> Trajectory:
-    """Co-simulate a system with a fixed communication step.
+    """Co-simulate a system with a fixed communication step, or with one that is chosen by its error within it.
 
     Parameters
     ----------
@@ -88,6 +90,9 @@ def simulate_system(
         that are handed on and loops that are iterated are never stepped there.
     stimuli : sequence of Stimulus
         Values for inputs at every step; they need machine code. An input that is not connected wants a start value.
+    step_error : float, optional
+        Largest error of a step, relative to each signal's largest value: the step is divided where it is larger, by
+        rolling back (`variable_step`). It needs FMUs that save their state, and is never done in machine code.
 
     Returns
     -------
@@ -113,6 +118,10 @@ def simulate_system(
     if not 0.0 < tolerance < 1.0:
         raise InputError(f"tolerance {tolerance!r} -- expected a number between 0 and 1 -- correct it")
     wiring = check_system(system)
+    if step_error is not None:
+        if stimuli or compiled:
+            raise InputError("step error with given inputs or machine code -- expected neither -- leave one out")
+        check_variable_step(wiring, step_error)
     plan = schedule(wiring, loops)
     selection = select(wiring, record)
     with ExitStack() as stack:
@@ -130,6 +139,11 @@ def simulate_system(
                 "choose --loops delay"
             )
         given = [(instances[s.component], s) for s in stimuli]
+        varied: VariableStep | None = None
+        if step_error is not None:
+            by_hand = True
+            advance_all = _advance(plan, instances, transfers, method, wanted)
+            varied = VariableStep(advance_all, order, wiring, step_error)
         if compiled is None or given:
             compiled = bool(given) or steps * len(parts) >= REPAID
         try:
@@ -140,9 +154,8 @@ def simulate_system(
                 if compiled and not by_hand:
                     run = Program(parts, method == "jacobi", recorder, (start, step), journal, given).run
                 else:
-                    run = _interpreted(
-                        _advance(plan, instances, transfers, method, wanted), order, recorder, start, step
-                    )
+                    taken = varied or _advance(plan, instances, transfers, method, wanted)
+                    run = _interpreted(taken, order, recorder, start, step)
                 done = 0
                 while done < steps:
                     done = run(done, steps, decimation, asked)
@@ -153,8 +166,15 @@ def simulate_system(
                     if asked:
                         raise SimulationInterrupted(recorder.trajectory("interrupted"))
         except FmuFailure as failure:
+            _note(recorder, varied)
             raise SimulationStopped(str(failure), recorder.trajectory(str(failure))) from failure
+        _note(recorder, varied)
         return recorder.finished()
+
+
+def _note(recorder: Recorder, varied: VariableStep | None) -> None:
+    for note in () if varied is None else varied.notes():
+        recorder.note(note)
 
 
 def _interpreted(advance: Advance, order: Sequence[FmuInstance], recorder: Recorder, start: float, step: float) -> Run:

@@ -42,6 +42,31 @@ def spread(values: ArrayLike, unit: str) -> Spread:
 
 
 @dataclass(frozen=True)
+class BondEnergy:
+    """Energy through a power bond of a co-simulation [J]; see `energy`.
+
+    Attributes
+    ----------
+    given, taken : float
+        Work of the side that moves, and of the side that gives the force: the same but for the coupling.
+    lost : float
+        Their difference, which the coupling takes from the system; negative: what it makes.
+    moved : float
+        Sum of the magnitudes of what was given in each step.
+    """
+
+    given: float
+    taken: float
+    lost: float
+    moved: float
+
+    @property
+    def share(self) -> float:
+        """Of the energy that was moved; 0 where none was."""
+        return self.lost / self.moved if self.moved > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
 class CaseMetrics:
     """What a case yields in the window that is evaluated.
 
@@ -55,6 +80,8 @@ class CaseMetrics:
         Of the signal that the system names as its tracking error [deg].
     quantities : mapping of str to Metric
         What a scenario computes itself.
+    bonds : mapping of str to BondEnergy
+        Energy through each power bond from the start on, by ``motion ~ effort``.
     """
 
     begin: Metric
@@ -62,6 +89,7 @@ class CaseMetrics:
     signals: Mapping[str, Spread]
     tracking_error: Spread | None = None
     quantities: Mapping[str, Metric] = field(default_factory=dict)
+    bonds: Mapping[str, BondEnergy] = field(default_factory=dict)
 
     def tracked(self) -> Spread:
         """The tracking error of a system that names and records one."""

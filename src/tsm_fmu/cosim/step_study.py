@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from .master import METHODS, simulate_system
+from .master import METHODS, number_of_steps, simulate_system
 from .ssp import Case
-from .trajectory import Trajectory
+from .trajectory import SimulationStopped, Trajectory
 
 MATTERS = 0.01
 """From this share of a signal's size on, the order of exchange is said to matter."""
+COMPARED_STEPS = 1000
+"""Communication steps at the start of a run over which the orders of exchange are compared."""
 
 
 @dataclass(frozen=True)
@@ -92,3 +94,49 @@ def step_study(
         size = float(np.ptp(np.asarray(values, float)[window]))
         found.append(SignalStudy(name, first.units[name], size, halved, exchange))
     return tuple(found)
+
+
+def order_sentence(shares: Mapping[str, float], step: float, end: float) -> str:
+    """Whether the order of exchange matters, from the differences of the signals as shares of their size."""
+    worst = max(shares, key=lambda name: shares[name])
+    share = 100.0 * shares[worst]
+    if share < 100.0 * MATTERS:
+        return f"The order of exchange does not matter: at most {share:.2g} % ({worst}) until {end:g} s."
+    return (
+        f"The order of exchange matters: with Jacobi {worst} differs by {share:.3g} % of its size from Gauss-Seidel at "
+        f"{step:g} s, until {end:g} s; shorten the step, or take the master it is meant for."
+    )
+
+
+def compared(
+    case: Case, *, record: Sequence[str] | None = None, simulate: Callable[..., Trajectory] = simulate_system
+) -> str:
+    """Whether the order of exchange matters in a system: `order_sentence` over the first `COMPARED_STEPS` steps.
+
+    Empty where there is nothing to compare: one component, or loops that are iterated.
+    """
+    system, experiment = case
+    if len(system.components) < 2 or experiment.loops == "iterate":
+        return ""
+    steps = min(number_of_steps(experiment.start, experiment.stop, experiment.step), COMPARED_STEPS)
+    end = experiment.start + steps * experiment.step
+    runs = []
+    for method in METHODS:
+        try:
+            runs.append(
+                simulate(
+                    system, end, experiment.step, start=experiment.start, method=method, loops=experiment.loops,
+                    record=record,
+                )
+            )  # fmt: skip
+        except SimulationStopped as stopped:
+            return (
+                f"The order of exchange matters: with {method} the system stops at {stopped.trajectory.time[-1]:g} s."
+            )
+    one, other = runs
+    shares = {}
+    for name, values in one.columns.items():
+        own, theirs = np.asarray(values, float), np.asarray(other.columns[name], float)
+        size = max(float(np.ptp(own)), float(np.ptp(theirs)))  # an error that one of them makes zero is rounding there
+        shares[name] = float(np.sqrt(np.mean((own - theirs) ** 2))) / size if size > 0.0 else 0.0
+    return order_sentence(shares, experiment.step, end) if shares else ""

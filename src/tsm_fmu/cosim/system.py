@@ -108,6 +108,8 @@ class Experiment:
         Statistics are taken from this time on [s].
     tracking_error : str
         Column (in rad) that is a tracking error, reported in degrees; empty if none.
+    step_error : float or None
+        Largest relative error of a step, where the step is chosen by it (`simulate_system`); None: it is fixed.
     """
 
     stop: float
@@ -117,6 +119,7 @@ class Experiment:
     loops: str = "refuse"
     evaluate_from: float = 0.0
     tracking_error: str = ""
+    step_error: float | None = None
 
     def window(self, time: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Mark the rows that statistics are taken from; all if the run ends before `evaluate_from`."""

@@ -7,18 +7,41 @@ from pathlib import Path
 
 from .. import __version__
 from ..report import Line, Section, Table, time_figure, write_report
-from .metric import spread
+from .energy import BOND_HEADING, bond_rows
+from .metric import CaseMetrics, spread
 from .order import schedule
 from .ssp import Case
 from .system import check_system
 from .trajectory import Trajectory
 
 
-def write_system_report(path: Path, name: str, cases: Mapping[str, Case], runs: Mapping[str, Trajectory]) -> Path:
-    """Write one section for each case; return the path."""
+def write_system_report(
+    path: Path,
+    name: str,
+    cases: Mapping[str, Case],
+    runs: Mapping[str, Trajectory],
+    metrics: Mapping[str, CaseMetrics],
+    order: str,
+) -> Path:
+    """Write one section for each case, and one on the coupling; return the path."""
     sections = [_section(case, cases[case], run) for case, run in runs.items()]
+    sections += coupling_section(metrics, order)
     summary = f"{len(runs)} {'system' if len(runs) == 1 else 'systems'} co-simulated."
     return write_report(path, name, summary, sections, {"tsm-fmu": __version__})
+
+
+def coupling_section(metrics: Mapping[str, CaseMetrics], order: str) -> list[Section]:
+    """What the coupling costs: the order of exchange, and the energy at each power bond; none if unknown."""
+    rows = bond_rows(metrics)
+    text = order
+    if rows:
+        text += (
+            " At a power bond one component gives a motion and another a force or torque. Each works with what it was "
+            "handed, held over a step or late; what one gives and the other does not take is lost in the coupling, "
+            "or made by it where it is negative. It falls with the step."
+        )
+    tables = (Table(BOND_HEADING, rows),) if rows else ()
+    return [Section("What the coupling costs", text.strip(), tables)] if text else []
 
 
 def _section(name: str, case: Case, run: Trajectory) -> Section:

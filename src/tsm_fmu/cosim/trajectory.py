@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +37,13 @@ class Trajectory:
     units: Mapping[str, str]
     incomplete: str = ""
     messages: tuple[str, ...] = ()
+
+    def only(self, record: Sequence[str] | None) -> Trajectory:
+        """The columns that ``record`` names, by ``component.variable`` or ``component``; all for None."""
+        if record is None:
+            return self
+        kept = [n for n in self.columns if {n, n.partition(".")[0], n.partition("[")[0]} & set(record)]
+        return replace(self, columns={n: self.columns[n] for n in kept}, units={n: self.units[n] for n in kept})
 
 
 class SimulationStopped(InputError):

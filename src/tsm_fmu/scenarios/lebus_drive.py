@@ -341,4 +341,4 @@ def write_scenario_report(
     """Write the HTML report; return its path."""
     found = {name: own.quantities for name, own in metrics.items()}
     errors = {name: error_mm(run) for name, run in runs.items()}
-    return write_lebus_report(path, runs, found, errors, beside["reported"], CONTRADICTIONS)
+    return write_lebus_report(path, runs, found, errors, beside, CONTRADICTIONS)

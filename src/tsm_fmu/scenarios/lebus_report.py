@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ def write_lebus_report(
     runs: Mapping[str, Trajectory],
     found: Found,
     errors: Errors,
-    reported: Reported,
+    beside: Mapping[str, Any],
     contradictions: Sequence[tuple[str, float, str]],
 ) -> Path:
     """Write the report of `lebus_drive`; ``found`` are its quantities by case, ``errors`` in mm."""
@@ -34,9 +35,10 @@ def write_lebus_report(
         "error is what the equations give; the 156 to 206 mm of lost motion at the reversal are slack, a parameter."
     )
     sections = [
-        _table(found, reported),
+        _table(found, beside["reported"]),
         _contradictions(contradictions),
         *(_condition(c, runs, errors) for c in NAMES if any(name.startswith(c) for name in runs)),
+        *beside["coupling"],
     ]
     return write_report(
         path, "LeBus double tendon-sheath drive (AME 2020)", summary, sections, {"tsm-fmu": __version__}

@@ -234,4 +234,4 @@ def write_scenario_report(
 ) -> Path:
     """Write the HTML report; return its path."""
     found = {name: own.quantities for name, own in metrics.items()}
-    return write_single_tsm_report(path, runs, found, beside["reported"])
+    return write_single_tsm_report(path, runs, found, beside)

@@ -31,9 +31,9 @@ def write_single_tsm_report(
     path: Path,
     runs: Mapping[str, Trajectory],
     found: Mapping[str, Mapping[str, Metric]],
-    reported: Reported,
+    beside: Mapping[str, Any],
 ) -> Path:
-    """Write the report of `single_tsm_force`; ``found`` are its quantities by case."""
+    """Write the report of `single_tsm_force`; ``found`` are its quantities by case, ``beside`` what stands beside."""
     groups: dict[str, dict[str, Trajectory]] = {}
     for name, run in runs.items():
         group, _, estimator = name.rpartition(".")
@@ -46,7 +46,8 @@ def write_single_tsm_report(
             f" A symmetric friction law of the speed is wrong by {least:.0f} to {most:.0f} % of the friction (rms): "
             "that much of it lies in asymmetry and acceleration."
         )
-    sections = [_table(found, reported), *(_group(name, group) for name, group in groups.items())]
+    groups_shown = (_group(name, group) for name, group in groups.items())
+    sections = [_table(found, beside["reported"]), *groups_shown, *beside["coupling"]]
     return write_report(path, "Distal tension from proximal signals", summary, sections, {"tsm-fmu": __version__})
 
 

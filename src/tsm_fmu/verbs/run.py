@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..cosim.cases import joined, run_cases, statistics
+from ..cosim.cases import joined, present, run_cases, statistics
+from ..cosim.energy import BOND_HEADING, balance, bond_rows, recorded_too
 from ..cosim.metric import CaseMetrics, Spread
 from ..cosim.ssp import write_ssp
-from ..cosim.system_report import write_system_report
+from ..cosim.step_study import compared
+from ..cosim.system_report import coupling_section, write_system_report
 from ..cosim.trajectory import SimulationInterrupted, SimulationStopped, Trajectory, write_trajectory
 from ..logs.display import display
 from ..logs.plain_json import finite
@@ -43,6 +45,8 @@ class RunResult:
         By case: statistics of every signal, and the numbers that a scenario computes itself.
     comparison : mapping
         What the paper of a scenario prints beside them; empty for an SSP.
+    order : str
+        Whether the order of exchange matters in the first case, a sentence; empty where there is nothing to compare.
     results, report : Path or None
         What was written into the folder; None without one.
     """
@@ -51,6 +55,7 @@ class RunResult:
     cases: Mapping[str, Trajectory]
     metrics: Mapping[str, CaseMetrics]
     comparison: Mapping[str, Any]
+    order: str = ""
     results: Path | None = None
     report: Path | None = None
 
@@ -71,8 +76,10 @@ class RunResult:
         parts = [
             (("signal", "mean", "std", "peak to peak", "unit"), rows),
             (("case", "quantity", "value", "unit"), quantities),
+            (BOND_HEADING, [(c, n, *(f"{v:.4g}" for v in own)) for c, n, *own in bond_rows(self.metrics)]),
         ]
-        return "\n\n".join(text_table(heading, table) for heading, table in parts if table)
+        tables = [text_table(heading, table) for heading, table in parts if table]
+        return "\n\n".join([*tables, *([self.order] if self.order else [])])
 
     def to_frame(self, case: str | None = None) -> pd.DataFrame:
         """Signals of a case over time, header cells ``component.variable [unit]``.
@@ -113,7 +120,7 @@ class RunResult:
     def as_json(self) -> dict[str, Any]:
         """The JSON contract of ``run``."""
         written = {"results": str(self.results), "report": str(self.report)} if self.results else {}
-        return finite({"metrics": self.metrics, "comparison": self.comparison, **written})
+        return finite({"metrics": self.metrics, "comparison": self.comparison, "order": self.order, **written})
 
     def _case(self, case: str | None) -> Trajectory:
         name = next(iter(self.cases)) if case is None else case
@@ -137,6 +144,7 @@ def run(
     loops: str | None = None,
     isolate: bool | None = None,
     time_limit: float = TIME_LIMIT,
+    step_error: float | None = None,
     progress: bool = False,
 ) -> RunResult:
     """Co-simulate a scenario or an SSP.
@@ -161,6 +169,9 @@ def run(
         Simulate in a process of its own; without it if an FMU is not ours.
     time_limit : float
         Longest time of one call of an FMU there [s].
+    step_error : float, optional
+        Largest error of a step, relative to each signal's largest value: steps are divided where it is larger, by
+        rolling FMUs back; ``step`` is the longest. Fixed steps without it.
     progress : bool
         Show a bar on a terminal.
 
@@ -176,16 +187,32 @@ def run(
         With the rows until then, kept in ``out`` if that is given.
     """
     folder = None if out is None else Path(out)
-    settings = Settings(values or {}, case, stop, step, jacobi, loops, isolate, time_limit)
+    settings = Settings(values or {}, case, stop, step, jacobi, loops, isolate, time_limit, step_error)
     with opened(what, folder, settings) as system:
+        record = recorded_too(system.cases.values(), system.record)
         try:
-            runs = run_cases(system.cases, record=system.record, progress=progress, simulate=system.simulate)
+            whole = run_cases(system.cases, record=record, progress=progress, simulate=system.simulate)
         except (SimulationStopped, SimulationInterrupted) as early:
             raise (early if folder is None else early.keep(folder / "results.csv")) from early
-        metrics = statistics(system.cases, runs, system.quantities)
+        order = _order(system, whole, folder)
+        runs = {name: run.only(system.record) for name, run in whole.items()}
+        metrics = {
+            name: replace(own, bonds=balance(system.cases[name], whole[name]))
+            for name, own in statistics(system.cases, runs, system.quantities).items()
+        }
         comparison = {} if system.scenario is None else system.scenario.comparison(system.cases)
-        result = RunResult(system.name, runs, metrics, comparison)
+        result = RunResult(system.name, runs, metrics, comparison, order)
         return result if folder is None else _written(result, system, folder)
+
+
+def _order(system: Opened, whole: Mapping[str, Trajectory], folder: Path | None) -> str:
+    """`compared` on the first case; Ctrl-C then keeps the cases, which are complete."""
+    first = next(iter(system.cases.values()))
+    try:
+        return compared(first, record=present(first[0], system.record), simulate=system.simulate)
+    except SimulationInterrupted:
+        early = SimulationInterrupted(joined({name: run.only(system.record) for name, run in whole.items()}))
+        raise (early if folder is None else early.keep(folder / "results.csv")) from None
 
 
 def _written(result: RunResult, system: Opened, folder: Path) -> RunResult:
@@ -197,10 +224,11 @@ def _written(result: RunResult, system: Opened, folder: Path) -> RunResult:
         write_ssp(folder / (f"{system.name}.ssp" if single else f"systems/{name.replace('.', '_')}.ssp"), case)
     page = folder / "report.html"
     if system.scenario is None:
-        report = write_system_report(page, system.name, system.cases, result.cases)
+        report = write_system_report(page, system.name, system.cases, result.cases, result.metrics, result.order)
     else:
-        report = system.scenario.write_scenario_report(page, result.cases, result.metrics, result.comparison)
-    return RunResult(result.name, result.cases, result.metrics, result.comparison, results, report)
+        beside = {**result.comparison, "coupling": coupling_section(result.metrics, result.order)}
+        report = system.scenario.write_scenario_report(page, result.cases, result.metrics, beside)
+    return replace(result, results=results, report=report)
 
 
 def _signals(case: str, own: CaseMetrics, alone: bool) -> list[tuple[str, Spread]]:

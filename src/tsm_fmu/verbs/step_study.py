@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..cosim.step_study import MATTERS, SignalStudy
+from ..cosim.cases import present
+from ..cosim.step_study import SignalStudy, order_sentence
 from ..cosim.step_study import step_study as study_case
 from ..models.contract import InputError
 from ..report.text import text_table
@@ -29,22 +30,19 @@ class StepStudyResult:
     steps : tuple of float
         The steps [s], the longest first.
     signals : tuple of SignalStudy
+    stop : float
+        End of the runs [s].
     """
 
     case: str
     steps: tuple[float, ...]
     signals: tuple[SignalStudy, ...]
+    stop: float
 
     @property
     def sentence(self) -> str:
         """Whether the order of exchange matters, in words."""
-        worst = max(self.signals, key=lambda s: s.share)
-        if worst.share < MATTERS:
-            return f"The order of exchange does not matter: at most {100 * worst.share:.2g} % ({worst.signal})."
-        return (
-            f"The order of exchange matters: with Jacobi {worst.signal} differs by {100 * worst.share:.3g} % of its "
-            f"size from Gauss-Seidel at {self.steps[0]:g} s; shorten the step, or take the master it is meant for."
-        )
+        return order_sentence({s.signal: s.share for s in self.signals}, self.steps[0], self.stop)
 
     def summary(self) -> str:
         """The table of differences with observed orders, and the sentence."""
@@ -123,10 +121,8 @@ def step_study(
     settings = Settings(values or {}, case, stop, step, loops=loops, isolate=isolate, time_limit=time_limit)
     with opened(what, None, settings) as system:
         name, one = next(iter(system.cases.items()))
-        present = {c.name for c in one[0].components}
-        record = None if system.record is None else [a for a in system.record if a.partition(".")[0] in present]
-        signals = study_case(one, halvings, record=record, simulate=system.simulate)
-    return StepStudyResult(name, tuple(one[1].step / 2**k for k in range(halvings + 1)), signals)
+        signals = study_case(one, halvings, record=present(one[0], system.record), simulate=system.simulate)
+    return StepStudyResult(name, tuple(one[1].step / 2**k for k in range(halvings + 1)), signals, one[1].stop)
 
 
 def _shown(order: float) -> str:

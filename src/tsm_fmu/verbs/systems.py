@@ -44,6 +44,8 @@ class Settings:
         Simulate in a process of its own; if None, where an FMU is not ours.
     time_limit : float
         Longest time of one call of an FMU there [s].
+    step_error : float or None
+        Largest relative error of a step, where the step is chosen by it; None: it is fixed.
     """
 
     values: Mapping[str, object]
@@ -54,6 +56,7 @@ class Settings:
     loops: str | None = None
     isolate: bool | None = None
     time_limit: float = TIME_LIMIT
+    step_error: float | None = None
 
     def __post_init__(self) -> None:
         if self.loops is not None and self.loops not in LOOPS:
@@ -62,7 +65,7 @@ class Settings:
     @property
     def timing(self) -> dict[str, Any]:
         """What of an experiment is changed, by the name of its field."""
-        changed = {"stop": self.stop, "step": self.step, "loops": self.loops}
+        changed = {"stop": self.stop, "step": self.step, "loops": self.loops, "step_error": self.step_error}
         found: dict[str, Any] = {name: value for name, value in changed.items() if value is not None}
         return found | {"method": "jacobi"} if self.jacobi else found
 

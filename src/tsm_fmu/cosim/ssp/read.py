@@ -66,7 +66,7 @@ def _experiment(path: Path, root: Any, system: System) -> Experiment:
         written |= dict(getattr(child(note, "experiment"), "attrib", {}))
     values: dict[str, Any] = {"start": times.get("startTime", "0"), "stop": times.get("stopTime", "1"), **written}
     values.setdefault("step", _suggested_step(system))
-    numeric = {f.name for f in fields(Experiment) if f.type == "float"}
+    numeric = {f.name for f in fields(Experiment) if str(f.type).startswith("float")}
     known: dict[str, Any] = {k: number(path, v) if k in numeric else v for k, v in values.items() if k in _EXPERIMENT}
     return Experiment(**known)
 

@@ -108,7 +108,9 @@ def _ssd(system: System, experiment: Experiment, resources: Mapping[Path, str]) 
     )
     note = etree.SubElement(etree.SubElement(default, f"{SSD}Annotations"), f"{SSC}Annotation", type=ANNOTATION)
     etree.SubElement(
-        note, "experiment", {k: str(v) for k, v in asdict(experiment).items() if k not in ("start", "stop")}
+        note,
+        "experiment",
+        {k: str(v) for k, v in asdict(experiment).items() if k not in ("start", "stop") and v is not None},
     )
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 

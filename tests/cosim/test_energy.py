@@ -1,0 +1,84 @@
+"""Energy through power bonds against closed forms: what holding a value over a step costs."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tsm_fmu.cosim.energy import Bond, balance, bonds, energy
+from tsm_fmu.cosim.master import simulate_system
+from tsm_fmu.cosim.step_study import compared
+from tsm_fmu.cosim.system import Component, Connection, Experiment, Link, System, check_system
+from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.kernels.kernel import kernel
+
+STIFFNESS, POINTS = 37.3, 83
+
+
+def bond(gain: float, speed: bool) -> Bond:
+    """A lever between the two sides: force times its length there, speed times its length back."""
+    return Bond(
+        Link(("a", "x"), ("b", "x"), "Real", gain, 0.0), Link(("b", "f"), ("a", "f"), "Real", gain, 0.0), speed, (1, 1)
+    )
+
+
+@pytest.mark.parametrize("gain", [1.0, 0.37])
+def test_a_spring_that_follows_a_sine_late_costs_what_the_closed_form_says(gain):
+    # f[k+1] = K x[k]: the spring takes nothing over a period; a held force gives N/2 K (cos 2t - cos t), t = 2 pi / N
+    angle = 2.0 * math.pi / POINTS
+    time = np.arange(POINTS + 3, dtype=float)
+    x = np.sin(angle * (time + 0.3))
+    f = STIFFNESS * gain * np.concatenate(([math.sin(angle * -0.7)], x[:-1]))
+    # the window [1, N + 1) of the steps is one period
+    whole, part = (energy(bond(gain, False), time[:n], x[:n], f[:n], (True, True)) for n in (POINTS + 2, 2))
+    expected = 0.5 * POINTS * STIFFNESS * gain**2 * (math.cos(2.0 * angle) - math.cos(angle))
+    assert whole.given - part.given == pytest.approx(expected, rel=1e-9)
+    assert expected < 0.0  # the mover is driven by its own spring: a late force makes energy
+    assert whole.lost == pytest.approx(whole.given - whole.taken, rel=1e-12)
+
+
+@pytest.mark.parametrize("held", [(False, False), (True, False), (False, True), (True, True)])
+def test_what_the_coupling_loses_vanishes_with_the_step(held):
+    def share(points: int) -> float:
+        time = np.linspace(0.0, 2.3, points)
+        v, f = np.cos(3.1 * time), 2.2 * np.sin(3.1 * time + 0.4)
+        return abs(energy(bond(1.0, True), time, v, f, held).share)
+
+    coarse, fine = share(501), share(1001)
+    assert math.log2(coarse / fine) == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bond")
+    fmus = {m: build_fmu(kernel(m), folder, flavour="native") for m in ("DcMotor", "RotationalLoad")}
+    load = {"k": 0.31, "d": 0.0}
+    return System(
+        (Component("motor", fmus["DcMotor"], {"u": 3.7}), Component("load", fmus["RotationalLoad"], load)),
+        (Connection("motor.phi", "load.phi"), Connection("load.tau", "motor.tau_load")),
+    )
+
+
+@pytest.mark.parametrize("method", ["gauss-seidel", "jacobi"])
+def test_a_motor_on_a_spring_gives_what_the_spring_holds_but_for_the_coupling(drive, method):
+    (found,) = bonds(check_system(drive))
+    assert found.name == "motor.phi ~ load.tau"
+    lost = []
+    for step in (2e-3, 1e-3):
+        experiment = Experiment(0.4, step, method=method)
+        run = simulate_system(drive, 0.4, step, method=method, record=["motor.phi", "load.tau"])
+        got = balance((drive, experiment), run)[found.name]
+        tau = run.columns["load.tau"]
+        assert got.taken == pytest.approx(tau[-1] ** 2 / (2.0 * 0.31), rel=1e-9)  # nothing but a spring
+        lost.append(got.lost)
+    assert math.log2(lost[0] / lost[1]) == pytest.approx(1.0, abs=0.15)
+
+
+def test_the_order_of_exchange_is_said_to_matter_where_it_does(drive):
+    coarse = compared((drive, Experiment(0.4, 2e-2)))
+    assert coarse.startswith("The order of exchange matters: with Jacobi ")
+    fine = compared((drive, Experiment(0.1, 1e-4)))
+    assert fine.startswith("The order of exchange does not matter: at most ")
+    assert "until" in compared((drive, Experiment(1.0, 1e-4)))
+    alone = System((Component("motor", drive.components[0].fmu, {"u": 1.0, "tau_load": 0.0}),), ())
+    assert compared((alone, Experiment(0.1, 1e-3))) == ""
