@@ -22,7 +22,7 @@ FINENESS = {
                  "PROBE_STEPS", "FOLD_STEPS"),
     "the library of functions": ("DISTANCES", "SPEEDS", "WIDTHS", "LAGS", "CENTRED", "HOLD", "TURNING_RAD", "ALIKE",
                                  "BLOCKS", "MOST_FOLDS", "HARMONICS", "SINGLE", "HATS", "LAGGED"),
-    "what a page holds": ("LEADING", "MOST_PLACES", "MOST_RUNS", "DISTINCT"),
+    "what a page holds": ("LEADING", "MOST_PLACES", "MOST_RUNS", "MOST_DRAWN", "DISTINCT"),
 }  # fmt: skip
 """Constants that decide nothing: how finely something is computed, what is offered, how much is drawn."""
 

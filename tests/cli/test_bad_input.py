@@ -243,6 +243,7 @@ def test_ctrl_c_in_a_run_keeps_the_rows_and_says_where(tmp_path):
     out, err = started.communicate(timeout=60)
     assert started.returncode == 130
     assert out == ""
-    assert re.fullmatch(r"tsm-fmu: interrupted; \d+ rows kept in \S+results\.incomplete\.csv\n", err)
+    told = re.fullmatch(r"tsm-fmu: interrupted; (\d+) rows kept in \S+results\.incomplete\.csv\n", err)
+    assert told is not None, err
     kept = (tmp_path / "results.incomplete.csv").read_text(encoding="utf-8").splitlines()
-    assert len(kept) > 10
+    assert len(kept) == 1 + int(told[1])  # how many depends on the machine

@@ -17,6 +17,7 @@ from tsm_fmu.cosim.system import Component, Connection, Experiment, System
 
 LOG = "time [s],x_in [rad],x_out [rad]\n" + "".join(f"{k / 10},{k % 7},{k % 5}\n" for k in range(40))
 FORTY = settings(FEW, max_examples=40)
+TWENTY = settings(FEW, max_examples=20)  # each may start a process of its own
 bits = st.tuples(st.integers(0, 10**6), st.integers(0, 255))
 places = st.sampled_from(["xml", "archive", "lost", "emptied", "doubled", "grown", "cut"])
 
@@ -70,7 +71,7 @@ def test_damaged_fmus(folder, capfd):
     good, bad = (folder / "good.fmu").read_bytes(), folder / "bad.fmu"
 
     @seed(1718)
-    @FORTY
+    @TWENTY
     @given(places, st.lists(bits, min_size=1, max_size=4), st.integers(0, 10**6))
     def fuzz(place, changes, pick):
         bad.write_bytes(damaged(good, place, changes, pick))
@@ -84,7 +85,7 @@ def test_damaged_systems(folder, capfd):
     good, bad = (folder / "good.ssp").read_bytes(), folder / "bad.ssp"
 
     @seed(1719)
-    @FORTY
+    @TWENTY
     @given(places, st.lists(bits, min_size=1, max_size=4), st.integers(0, 10**6))
     def fuzz(place, changes, pick):
         bad.write_bytes(damaged(good, place, changes, pick))

@@ -194,3 +194,42 @@ def test_a_prefix_that_nobody_declared_is_read_all_the_same(ssp):
     path = ssp(text.replace("<ssd:Elements>", '<ssd:Elements><tool:Extra note="1"/>', 1))
     with open_ssp(path) as cases:
         assert [c.name for c in cases["theirs"][0].components] == ["law_g", "x"]
+
+
+LISTED = """<ssd:System name="outer"><ssd:Elements>
+ <ssd:Component name="a" source="resources/Integrator.fmu" type="application/x-fmu-sharedlibrary">
+  <ssd:Connectors><ssd:Connector name="x" kind="output"/></ssd:Connectors></ssd:Component>
+ <ssd:System name="law">
+  <ssd:Connectors><ssd:Connector name="in" kind="input"/><ssd:Connector name="back" kind="input"/>
+  <ssd:Connector name="out" kind="output"/></ssd:Connectors>
+  <ssd:Elements><ssd:Component name="g" source="resources/Gain.fmu" type="application/x-fmu-sharedlibrary">
+   <ssd:Connectors><ssd:Connector name="u" kind="input"/><ssd:Connector name="u_2" kind="input"/>
+   <ssd:Connector name="y" kind="output"/></ssd:Connectors></ssd:Component></ssd:Elements>
+  <ssd:Connections><ssd:Connection startConnector="in" endElement="g" endConnector="u"/>
+  <ssd:Connection startConnector="back" endElement="g" endConnector="u_2"/>
+  <ssd:Connection startElement="g" startConnector="y" endConnector="out"/></ssd:Connections>
+ </ssd:System>
+ <ssd:Component name="b" source="resources/Integrator.fmu" type="application/x-fmu-sharedlibrary">
+  <ssd:Connectors><ssd:Connector name="u" kind="input"/><ssd:Connector name="x" kind="output"/></ssd:Connectors>
+ </ssd:Component></ssd:Elements>
+ <ssd:Connections><ssd:Connection startElement="a" startConnector="x" endElement="law" endConnector="in"/>
+ <ssd:Connection startElement="b" startConnector="x" endElement="law" endConnector="back"/>
+ <ssd:Connection startElement="law" startConnector="out" endElement="b" endConnector="u"/></ssd:Connections>
+{values}</ssd:System>"""
+
+
+def test_a_nested_system_gives_the_digits_of_fmpy(ssp):
+    """All outputs are 0 at the start, where FMPy's connectors are too; it exchanges all values at once."""
+    from fmpy.ssp.simulation import simulate_ssp
+    from fmpy.ssp.ssd import Parameter, ParameterSet
+
+    numbers = (("a.u", 0.9), ("law.g.k", -1.7))
+    bindings = f"<ssd:ParameterBindings>{values(*numbers)}</ssd:ParameterBindings>"
+    with open_ssp(ssp(LISTED.format(values=bindings))) as cases:
+        found = simulate_system(cases["theirs"][0], 1.0, 0.01, method="jacobi")
+    # FMPy reads no ParameterBindings: it is handed them
+    given = ParameterSet(name="p", parameters=[Parameter(name=name, value=value) for name, value in numbers])
+    rows = simulate_ssp(str(ssp(LISTED.format(values=""))), stop_time=0.995, step_size=0.01, parameter_set=given)
+    for ours, theirs in (("a.x", "a.x"), ("b.x", "b.x"), ("law_g.y", "law.g.y")):
+        assert found.columns[ours][1:] == pytest.approx([row[theirs] for row in rows], rel=1e-12, abs=1e-15)
+    assert np.ptp(found.columns["b.x"]) > 0.1

@@ -106,9 +106,38 @@ def test_ros_joint_states(tmp_path, storage):
     same(file, {"position.motor": "x_in [rad]", "effort.motor": "tau_in [N.m]"})
 
 
+def test_a_bag_of_ros_1(tmp_path):
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    joint, header, stamp = (
+        store.types[name]
+        for name in ("sensor_msgs/msg/JointState", "std_msgs/msg/Header", "builtin_interfaces/msg/Time")
+    )
+    bag = tmp_path / "own.bag"
+    with Writer(bag) as writer:
+        topic = writer.add_connection("/joint_states", joint.__msgtype__, typestore=store)
+        for k, (t, x, tau) in enumerate(zip(TIME, X, TAU, strict=True)):
+            ns = 1_500_000_000_000_000_000 + round(t * 1e9)
+            message = joint(
+                header=header(seq=k, stamp=stamp(sec=ns // 10**9, nanosec=ns % 10**9), frame_id=""), name=["motor"],
+                position=np.array([x]), velocity=np.zeros(0), effort=np.array([tau]),
+            )  # fmt: skip
+            writer.write(topic, ns + 777, store.serialize_ros1(message, joint.__msgtype__))
+    run = same(bag, {"position.motor": "x_in [rad]", "effort.motor": "tau_in [N.m]"})
+    assert any("/joint_states" in note for note in run.notes)
+
+
 @pytest.mark.parametrize(
     ("suffix", "module", "extra"),
-    [(".xlsx", "openpyxl", "excel"), (".h5", "h5py", "hdf5"), (".tdms", "nptdms", "tdms"), (".mcap", "rosbags", "ros")],
+    [
+        (".xlsx", "openpyxl", "excel"),
+        (".h5", "h5py", "hdf5"),
+        (".tdms", "nptdms", "tdms"),
+        (".mcap", "rosbags", "ros"),
+        (".bag", "rosbags", "ros"),
+    ],
 )
 def test_a_missing_reader_and_a_damaged_file_are_one_line(tmp_path, monkeypatch, suffix, module, extra):
     path = tmp_path / f"own{suffix}"

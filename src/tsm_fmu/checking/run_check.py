@@ -15,7 +15,6 @@ from .coverage import (
     MotionCoverage,
     drive_channel,
     motion_of,
-    position_channels,
     shortest_period,
     speed_and_acceleration,
     with_travel,
@@ -24,7 +23,7 @@ from .criteria import BREAK_AWAY_SHARE, SLOW_SPEED_SHARE
 from .events import check_events
 from .finding import Finding, finding
 from .power import Power, check_power
-from .sensor import check_clipping, check_quantisation, check_stuck
+from .sensor import Positions, check_clipping, check_quantisation, check_stuck
 
 __all__ = ["Channel", "RunCheck", "check_record"]
 
@@ -101,7 +100,7 @@ def check_record(record: Record, cutoff: float | None = None) -> RunCheck:
     drive, driven = drive_channel(record), record
     if not drive:
         driven, drive = with_travel(record)
-    positions = position_channels(record)
+    positions = Positions.of(record)
     window = max(3, int(0.1 * shortest_period(driven, drive) * clock.rate))
     channels = {name: _channel(record, name) for name in record.columns}
     for name, channel in channels.items():
@@ -114,7 +113,7 @@ def check_record(record: Record, cutoff: float | None = None) -> RunCheck:
         derivatives = speed_and_acceleration(driven, drive, cutoff)
         motion, coverage = motion_of(driven, drive, derivatives)
         turning = _turning(driven.columns[drive], derivatives[0], window)
-    found += check_events(record, window, positions, turning)
+    found += check_events(record, window, list(positions.names), turning)
     powers, signs = check_power(record)
     found += signs
     if motion and motion.initial_rest * clock.rate > 0.5 * window:
@@ -123,7 +122,11 @@ def check_record(record: Record, cutoff: float | None = None) -> RunCheck:
         text = "no channel beside time: nothing can be checked; add measured columns such as 'x_in [rad]'"
         found.append(finding(record, "columns", "time", 0, record.time.size - 1, text))
     elif not drive:
-        still = f"{', '.join(positions)}: no motion" if positions else "no channel is an angle, a length or a speed"
+        still = (
+            f"{', '.join(positions.names)}: no motion"
+            if positions.names
+            else "no channel is an angle, a length or a speed"
+        )
         text = f"{still}; strokes, reversals and frequencies cannot be judged; log the drive's position, such as x_in"
         coverage.append(finding(record, "coverage", "time", 0, record.time.size - 1, text))
     found.sort(key=lambda f: f.t0)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.arrays import FloatArray
 from ..logs.record import Record
+from .coverage import position_channels
 from .criteria import (
     COARSE_STEPS,
     LIMIT_SAMPLES,
@@ -22,7 +25,7 @@ from .criteria import (
 )
 from .finding import Finding, finding, rows_text, shown
 
-__all__ = ["check_clipping", "check_quantisation", "check_stuck"]
+__all__ = ["Positions", "check_clipping", "check_quantisation", "check_stuck"]
 
 
 def check_quantisation(record: Record, name: str, step: float) -> list[Finding]:
@@ -69,15 +72,42 @@ def check_clipping(record: Record, name: str, step: float, window: int) -> list[
     return found
 
 
-def check_stuck(record: Record, name: str, moving: list[str]) -> list[Finding]:
+@dataclass(frozen=True)
+class Positions:
+    """The channels that are positions, side by side: of thousands of them each is compared with all at once.
+
+    Attributes
+    ----------
+    names : tuple of str
+    values : ndarray, shape (n, channels)
+    ranges : ndarray, shape (channels,)
+    """
+
+    names: tuple[str, ...]
+    values: FloatArray
+    ranges: FloatArray
+
+    @classmethod
+    def of(cls, record: Record) -> Positions:
+        """Those of a record."""
+        names = tuple(position_channels(record))
+        values = np.column_stack([record.columns[n] for n in names]) if names else np.empty((record.time.size, 0))
+        return cls(names, values, np.ptp(values, axis=0))
+
+    def travel(self, first: int, last: int) -> float:
+        """Largest share of its range that any of them moves over from a row to another."""
+        moved = np.ptp(self.values[first : last + 1], axis=0)
+        return float((moved / np.maximum(self.ranges, 1e-300)).max(initial=0.0))
+
+
+def check_stuck(record: Record, name: str, moving: Positions) -> list[Finding]:
     """A finding where the channel repeats one value exactly while another moves, or far longer than it ever does.
 
     Parameters
     ----------
     record : Record
     name : str
-    moving : list of str
-        Channels that are positions.
+    moving : Positions
     """
     x = record.columns[name]
     if np.ptp(x) == 0.0:
@@ -87,10 +117,8 @@ def check_stuck(record: Record, name: str, moving: list[str]) -> list[Finding]:
     lengths = np.diff(begins, append=x.size)
     longest = int(np.argmax(lengths))
     first, last = int(begins[longest]), int(begins[longest] + lengths[longest]) - 1
-    # a value that never repeats cannot be stuck: of thousands of channels only few are compared with all others
-    others = [record.columns[c] for c in moving if c != name] if last > first else []
-    travel = max((float(np.ptp(y[first : last + 1])) / max(float(np.ptp(y)), 1e-300) for y in others), default=0.0)
-    noisy = name not in moving and np.median(lengths) <= 3
+    travel = moving.travel(first, last)  # its own is 0: it repeats
+    noisy = name not in moving.names and np.median(lengths) <= 3
     usual = float(np.quantile(np.delete(lengths, longest), 0.99)) if lengths.size > 1 else np.inf
     long = (
         lengths[longest] >= max(LIMIT_SAMPLES, int(STUCK_SHARE * x.size)) and lengths[longest] > STUCK_REPEATS * usual

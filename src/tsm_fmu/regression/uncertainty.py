@@ -108,7 +108,8 @@ def autocorrelation_time(series: FloatArray) -> float:
     """Integrated autocorrelation time 1 + 2 sum rho [samples], cut at Sokal's self-consistent window."""
     centred = series - series.mean()
     power = float(centred @ centred)
-    if power <= 0.0 or series.size < 4:
+    rounding = 1e-14 * float(np.abs(series).max(initial=0.0))  # what is left of a constant
+    if power <= series.size * rounding**2 or series.size < 4:
         return 1.0
     length = 1 << (2 * series.size - 1).bit_length()
     spectrum = np.abs(np.fft.rfft(centred, length)) ** 2

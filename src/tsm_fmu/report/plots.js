@@ -1,5 +1,6 @@
 "use strict";
-// Unpacks the plot library and draws each plot when it comes near the window, all of them before a print.
+// Unpacks the plot library and draws each plot when it comes near the window, the others when nothing else is to do:
+// a print does not wait for what its event begins.
 (async () => {
   const frames = [...document.querySelectorAll("[data-plot]")];
   if (typeof DecompressionStream === "undefined") {
@@ -29,6 +30,12 @@
     for (const entry of seen) if (entry.isIntersecting) draw(entry.target);
   }, { rootMargin: "600px" });
   for (const frame of frames) near.observe(frame);
+  const idle = window.requestIdleCallback ?? (work => setTimeout(work, 200));
+  const next = async () => {
+    const frame = frames.find(f => !views.has(f));
+    if (frame) { await draw(frame); idle(next); }
+  };
+  idle(next);
   const dark = matchMedia("(prefers-color-scheme: dark)");
   dark.addEventListener("change", () => {
     for (const [frame, manager] of views) if (manager) { manager.clear(); frame.replaceChildren(); views.delete(frame); draw(frame); }

@@ -1,0 +1,59 @@
+"""Each refusal of the gate alone, with its near miss: a run that is just good enough is judged."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tsm_fmu.diagnosis.runs.gate import gate
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.record import Record
+
+MODEL = kernel("PairedTsmBacklash")
+
+
+def record(rows: int = 1000, name: str = "one", **changed: np.ndarray) -> Record:
+    t = 0.01 * np.arange(rows)
+    rng = np.random.default_rng(rows)
+    x = 1.1 * np.sin(2.3 * t)
+    columns = {"x_in": x, "x_out": 0.93 * np.roll(x, 7) + 1e-3 * rng.standard_normal(rows)} | changed
+    return Record(name, t, columns, {"x_in": "rad", "x_out": "rad"})
+
+
+def refused(*records: Record) -> tuple[str, ...]:
+    return gate(records, MODEL, ["x_out"]).refused
+
+
+def test_a_sound_run_is_judged() -> None:
+    assert refused(record()) == ()
+
+
+@pytest.mark.parametrize(("rows", "fits"), [(199, False), (200, True)])
+def test_two_hundred_samples_are_enough(rows: int, fits: bool) -> None:
+    found = refused(record(rows))
+    assert (found == ()) == fits
+    if not fits:
+        assert found == ("one has 199 samples, 200 or more are needed",)
+
+
+@pytest.mark.parametrize(("share", "fits"), [(0.88, True), (0.92, False)])
+def test_a_sensor_may_hang_for_nine_tenths_of_a_run(share: float, fits: bool) -> None:
+    good = record().columns["x_out"]
+    hanging = np.where(np.arange(1000) < 1000 * (1.0 - share), good, good[int(1000 * (1.0 - share))])
+    found = refused(record(x_out=hanging))
+    assert (found == ()) == fits
+    assert all(text.startswith("one: x_out repeats") for text in found)
+
+
+def test_a_channel_that_is_not_compared_may_hang() -> None:
+    stuck = record(x_out=np.full(1000, 0.4))
+    assert [text.split(" in every row")[0] for text in refused(stuck)] == ["one: x_out is 22.92 deg"]
+    assert gate([stuck], MODEL, []).refused == ()
+    assert any("x_out" in note for note in gate([stuck], MODEL, []).notes)
+
+
+def test_one_run_that_moves_is_enough() -> None:
+    rest = record(name="rest", x_in=np.full(1000, 0.2))
+    assert "x_in does not move in any run" in refused(rest)
+    assert not any("does not move" in text for text in refused(rest, record()))
+    assert any(text.startswith("rest: ") for text in gate([rest, record()], MODEL, ["x_out"]).notes)
