@@ -119,13 +119,15 @@ def _dissipation(run: Trajectory, loops: dict[str, FloatArray]) -> list[Claim]:
     stiffness = {name: kernel(MODEL).params(preset).k * 1e-3 for name, preset in READINGS.items()}  # N/mm
     x = run.columns["reference.y"]
 
+    # the unit holds v over a step: its travel is off by up to a h^2/2 from that of the reference
+    held = 0.5e3 * float(np.abs(run.columns["reference.ddy"]).max()) * float(run.time[1] - run.time[0])  # mm/s
+
     def margins(slope: Mapping[str, float]) -> dict[str, Condition]:
         found = {}
         for name, force in loops.items():
             work = 0.5 * (force[1:] + force[:-1]) * np.diff(x) * 1e3
             stored = np.diff(force**2) / (2.0 * slope[name])
-            coarse = 0.5 * (force[2:] + force[:-2]) * (x[2:] - x[:-2]) * 1e3  # steps of twice the length
-            off = float(np.abs(coarse - work[1:] - work[:-1]).max()) / float(run.time[1] - run.time[0])
+            off = float(np.abs(force).max()) * held
             found[name] = Condition(float(((work - stored) / np.diff(run.time)).min()), ">=", -off)
         return found
 
@@ -140,7 +142,7 @@ def _dissipation(run: Trajectory, loops: dict[str, FloatArray]) -> list[Claim]:
             assumed=(MOTION, SYMBOLS),
             why={
                 Verdict.NOT_DETERMINED: "it holds only where the slope k of F is 1 N/mm: mild evidence for reading A "
-                "(the limit is what the trapezoidal rule changes with twice the step)"
+                "(the limit is what a speed that is held over a step leaves open)"
             },
             method=Method.CO_SIMULATION,
         ),
