@@ -8,7 +8,7 @@ import pytest
 
 SOURCE = Path(__file__).parents[1] / "src" / "tsm_fmu"
 FLOORS = (
-    "models effects kernels logs batch card report regression checking identification tracking cosim fmu diagnosis "
+    "models effects kernels logs batching card report regression checking identification tracking cosim fmu diagnosis "
     "scenarios reproduction verbs local_page cli"
 ).split()
 """From the ground up; docs/architecture.md says what each is."""

@@ -12,6 +12,8 @@ from .logs.record import Record as Record
 from .logs.record import read_record as read_record
 from .logs.record import write_record as write_record
 from .models.contract import InputError as InputError
+from .verbs.batch import BatchResult as BatchResult
+from .verbs.batch import batch as batch
 from .verbs.check import CheckResult as CheckResult
 from .verbs.check import check as check
 from .verbs.diagnose import diagnose as diagnose

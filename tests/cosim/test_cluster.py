@@ -80,7 +80,7 @@ def test_the_table_is_written_as_parquet_too(workers, path, tmp_path):
 
 
 def test_a_scheduler_without_workers_is_one_line(path, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("tsm_fmu.batch.cluster.PATIENCE", 1.0)
+    monkeypatch.setattr("tsm_fmu.batching.cluster.PATIENCE", 1.0)
     with LocalCluster(n_workers=0, dashboard_address=None) as empty:
         address = empty.scheduler_address
         assert run(["sweep", str(path), "--vary", "g.k=1:2:2", "--out", str(tmp_path), "--scheduler", address]) == 2

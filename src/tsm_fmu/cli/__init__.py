@@ -6,6 +6,7 @@ os.environ["OPENBLAS_NUM_THREADS"] = os.environ.get("OPENBLAS_NUM_THREADS", "1")
 # Before numpy is loaded: the matrices of a fit are small, and BLAS threads that wait for each other cost several fits.
 
 from . import (
+    batch,
     build,
     check,
     demo,
@@ -38,6 +39,7 @@ VERBS = (
     identify,
     diagnose,
     track,
+    batch,
     simulate,
     export,
     run,

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from ..batch.processes import exit_in_words, without_main
+from ..batching.processes import exit_in_words, without_main
 from ..models.contract import InputError
 from .description import describe
 from .journal import Journal, recovered

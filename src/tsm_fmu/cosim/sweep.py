@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..batch.kept import digest_of
+from ..batching.kept import digest_of
 from ..logs.plain_json import finite
 from ..logs.table import write_table
 from ..models.contract import InputError

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from ..batch.kept import Kept
-from ..batch.run import run_batch
+from ..batching.kept import Kept
+from ..batching.run import run_batch
 from ..cosim import sweep as sweeping
 from ..cosim.isolation import Simulator, foreign
 from ..cosim.progress import bar

@@ -1,0 +1,97 @@
+"""Batches: processes that die, defects, resumption; many rigs with one that fails."""
+
+from __future__ import annotations
+
+import pandas as pd
+import pytest
+
+import tsm_fmu as tsm
+from tsm_fmu.batching.kept import Kept
+from tsm_fmu.batching.run import run_batch
+from tsm_fmu.cli.app import run
+from tsm_fmu.logs.record import write_record
+from tsm_fmu.models.contract import InputError
+from tsm_fmu.verbs.batch import RigWork
+
+LOST = "{}: {}".format  # what goes to other processes is importable there; so is eval
+
+
+def test_a_process_that_dies_and_a_defect_cost_one_item_each():
+    items = ["2**7", "__import__('os')._exit(3)", "1/0", "3**5"]
+    done: dict[int, object] = {}
+    counts: list[int] = []
+    run_batch(eval, items, done, lost=LOST, keep=lambda n, r: None, workers=2, advance=counts.append)
+    assert (done[0], done[3]) == (128, 243)
+    assert done[1] == f"{items[1]}: it ended its process with exit code 3, 2 times"
+    assert "internal error: ZeroDivisionError" in str(done[2])
+    assert counts == [1, 2, 3, 4]
+
+
+def test_kept_results_survive_a_torn_line_and_count_only_for_the_same_batch(tmp_path):
+    path = tmp_path / "points.jsonl"
+    first = Kept(path, {"seed": 3})
+    first.add(4, {"y": 1.25})
+    first.add(1, {"y": -0.5})
+    with path.open("a", encoding="utf-8") as file:
+        file.write('[2, {"y": 7')
+    again = Kept(path, {"seed": 3})
+    assert again.results == {4: {"y": 1.25}, 1: {"y": -0.5}}
+    again.add(2, {"y": 9.0})
+    assert Kept(path, {"seed": 3}).results == {4: {"y": 1.25}, 1: {"y": -0.5}, 2: {"y": 9.0}}
+    assert Kept(path, {"seed": 4}).results == {}
+
+
+@pytest.fixture
+def rigs(tmp_path):
+    one = tsm.sample("sine")
+    for name, factor in (("north", 1.0), ("south", 0.93)):
+        columns = {**one.columns, "x_out": factor * one.columns["x_out"]}
+        write_record(tmp_path / f"{name}.csv", one.time, columns, one.units)
+    table = tmp_path / "rigs.csv"
+    table.write_text("rig,measured\nnorth,north.csv\nlost,nowhere.csv\nsouth,south.csv\n", encoding="utf-8")
+    return table
+
+
+def test_many_rigs_give_one_table_and_a_killed_batch_goes_on(rigs, tmp_path, capsys, monkeypatch):
+    done = RigWork.__call__
+
+    def interrupted(self, rig):
+        if rig.name == "south":
+            raise KeyboardInterrupt
+        return done(self, rig)
+
+    out = tmp_path / "out"
+    command = ["batch", "identify", "PairedTsmBacklash", "--table", str(rigs), "--out", str(out), "--workers", "1"]
+    monkeypatch.setattr(RigWork, "__call__", interrupted)
+    assert run(command) == 130
+    monkeypatch.undo()
+    assert run(command) == 2
+    said = capsys.readouterr().err
+    assert "2 of 3 rigs kept from a batch that did not end" in said
+    assert "lost: " in said
+    assert "nowhere.csv does not exist" in said
+    assert "tsm-fmu: 1 of 3 rigs failed -- expected none" in said
+    table = pd.read_parquet(out / "rigs.parquet").set_index("rig")
+    assert [bool(why) for why in table["failed"]] == [False, True, False]
+    alone = tsm.identify("PairedTsmBacklash", rigs.parent / "south.csv")
+    assert table.loc["south", "c [1]"] == pytest.approx(alone.parameters["c"], rel=1e-9)
+    assert tsm.read_card(out / "south" / "card.toml").parameters["c"].value == table.loc["south", "c [1]"]
+    assert {p.name for p in out.iterdir()} == {"rigs.csv", "rigs.parquet", "report.html", "north", "south", "lost"}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("rig,measured\n", "has no rows -- expected columns rig"),
+        ("name,measured\na,b.csv\n", "has name, measured -- expected columns rig"),
+        ("rig,measured\na,b.csv\na,c.csv\n", "rig 'a' -- expected letters and digits, each rig once"),
+        ("rig,measured\n../a,b.csv\n", "rig '../a' -- expected letters and digits"),
+        ("rig,measured,reference\na,b.csv,c.csv\n", "expected columns rig, measured, holdout"),
+    ],
+)
+def test_a_wrong_table_is_one_line(tmp_path, text, message):
+    (tmp_path / "rigs.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as wrong:
+        tsm.batch("identify", "TendonDrive", tmp_path / "rigs.csv", out=tmp_path / "out")
+    assert message in str(wrong.value)
+    assert not (tmp_path / "out").exists()
