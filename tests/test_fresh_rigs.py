@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from benchmarks.rigs.__main__ import main
-from benchmarks.rigs.fresh import commit, fresh_seed, generator_of, ours, theirs
-from benchmarks.rigs.outcome import Outcome, margin, outcome_of_ours, outcome_of_theirs
-from benchmarks.rigs.table import calibration, gate_failures, lines, rates, risk_coverage
+from benchmarks.rigs.fresh import SCORER, commit, fresh_seed, generator_of, ours, scored_by, theirs
+from benchmarks.rigs.outcome import Outcome, as_scored, margin, outcome_of_ours, outcome_of_theirs
+from benchmarks.rigs.table import calibration, gate_failures, lines, rates, risk_coverage, scorer_lines
 
 OURS = {"stratum": "A", "effects": ["inertia"], "hidden": ["carried_mass"], "tolerated": ["quantisation"],
         "response": {"F": 1.0}, "noise": {"F": 0.1}}  # fmt: skip
@@ -51,6 +51,45 @@ def test_their_cases_are_judged_by_what_they_accept() -> None:
     nothing = {**THEIRS, "stratum": "F", "accept": [["none"], ["parameters"]], "effects": []}
     assert outcome_of_theirs(nothing, said(verdict="none")).accepted
     assert outcome_of_theirs(nothing, said("delay")).wrong == 1
+
+
+PAIR = {**THEIRS, "stratum": "D", "accept": [["slack", "wear"]]}
+NOTHING = {**THEIRS, "stratum": "F", "accept": [["none"], ["parameters"]], "effects": []}
+ANSWERS = [
+    (THEIRS, said("delay"), "right"),
+    (THEIRS, said("delay", "creep"), "part wrong"),
+    (THEIRS, said("creep"), "wrong"),
+    (THEIRS, said(verdict="ambiguous", equivalent=[["delay", "creep"]]), "in set"),
+    (THEIRS, said(verdict="unknown"), "abstain"),
+    (PAIR, said("wear"), "partial"),
+    (PAIR, said("slack", "wear"), "right"),
+    (NOTHING, said("creep"), "false alarm"),
+    (NOTHING, said(verdict="ambiguous", equivalent=[["creep", "wear"]]), "false alarm"),
+    (NOTHING, said(verdict="parameters"), "right"),
+    (NOTHING, {"failed": "no"}, "error"),
+]
+
+
+@pytest.mark.parametrize(("truth", "answer", "kind"), ANSWERS)
+def test_their_scorer_calls_an_answer_what_our_judgement_does(
+    truth: dict[str, Any], answer: dict[str, Any], kind: str
+) -> None:
+    assert as_scored(outcome_of_theirs(truth, answer)) == kind
+    home = generator_of(None)
+    if home is None or not (home / SCORER).is_file():
+        pytest.skip("the third author's scorer is not here (rigs beside $TSM_FMU_DATA)")
+    assert scored_by(home / SCORER, truth, answer) == kind
+
+
+def test_differences_to_a_scorer_are_listed(tmp_path: Path) -> None:
+    scorer = tmp_path / "score.py"
+    scorer.write_text("def judge(case, answer):\n    return 'wrong' if answer['effects'] else 'abstain', 0, 0, 0.0\n")
+    answers = [said("delay"), said(verdict="unknown")]
+    rows = [outcome_of_theirs(THEIRS, a, scored_by(scorer, THEIRS, a)) for a in answers]
+    text = list(scorer_lines(rows))
+    assert text[-1] == "  rig7: wrong, not right"
+    assert len(text) == 3
+    assert list(scorer_lines([outcome_of_theirs(THEIRS, answers[0], scored_by(None, THEIRS, answers[0]))])) == []
 
 
 def test_margin_is_to_the_next_other_effect() -> None:

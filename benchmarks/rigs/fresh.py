@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 import subprocess
@@ -21,6 +22,7 @@ from .outcome import Outcome, outcome_of_ours, outcome_of_theirs
 TRIES = 5
 """Drawings of a case: of some the stated size cannot be reached."""
 GENERATOR = "rigs.py"
+SCORER = "score.py"
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,8 @@ class Drawn:
         Parameters believed.
     truth : dict
         For the judge.
+    scorer : Path or None
+        The other author's ``score.py``, where there is one.
     """
 
     author: str
@@ -45,6 +49,7 @@ class Drawn:
     folder: Path
     values: dict[str, float]
     truth: dict[str, Any]
+    scorer: Path | None = None
 
 
 def ours(seed: int, count: int, out: Path, strata: str = STRATA) -> list[Drawn]:
@@ -95,7 +100,8 @@ def theirs(home: Path, seed: int, count: int, out: Path) -> list[Drawn]:
     for truth in json.loads((out / "truth.json").read_text())["cases"]:
         folder = out / "logs" / truth["name"]
         call = json.loads((folder / "call.json").read_text())
-        found.append(Drawn("third", truth["name"], call["model"], folder, call["set"], truth))
+        scorer = home / SCORER if (home / SCORER).is_file() else None
+        found.append(Drawn("third", truth["name"], call["model"], folder, call["set"], truth, scorer))
     return found
 
 
@@ -111,7 +117,29 @@ def judged(case: Drawn) -> Outcome:
     answer = answered(case)
     if case.author == "ours":
         return outcome_of_ours(case.name, case.model, case.truth, answer)
-    return outcome_of_theirs(case.truth, answer)
+    return outcome_of_theirs(case.truth, answer, scored_by(case.scorer, case.truth, answer))
+
+
+def scored_by(scorer: Path | None, truth: dict[str, Any], answer: dict[str, Any]) -> str:
+    """What the other author's scorer calls an answer; empty without a scorer.
+
+    Parameters
+    ----------
+    scorer : Path or None
+        Its ``score.py``.
+    truth, answer : dict
+        An entry of ``truth.json``, content of ``diagnosis.json`` or ``{"failed": reason}``.
+    """
+    if scorer is None:
+        return ""
+    if "failed" in answer:
+        return "error"
+    spec = importlib.util.spec_from_file_location("other_authors_scorer", scorer)
+    if spec is None or spec.loader is None:
+        return ""
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return str(module.judge(truth, answer)[0])
 
 
 def answered(case: Drawn) -> dict[str, Any]:

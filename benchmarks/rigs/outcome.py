@@ -41,6 +41,8 @@ class Outcome:
         Score of the best candidate less that of the next other effect [dB]: how sure the answer is.
     seconds : float
         CPU.
+    scored : str
+        What the other author's own scorer calls the answer; empty for a case of ours.
     """
 
     author: str
@@ -59,6 +61,7 @@ class Outcome:
     closure: float | None
     margin: float
     seconds: float
+    scored: str = ""
 
 
 def outcome_of_ours(name: str, model: str, truth: Mapping[str, Any], answer: Mapping[str, Any]) -> Outcome:
@@ -92,7 +95,7 @@ def outcome_of_ours(name: str, model: str, truth: Mapping[str, Any], answer: Map
     )  # fmt: skip
 
 
-def outcome_of_theirs(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> Outcome:
+def outcome_of_theirs(truth: Mapping[str, Any], answer: Mapping[str, Any], scored: str = "") -> Outcome:
     """Judge a case of the other author by the rules of that author's ``score.py``.
 
     Parameters
@@ -101,6 +104,8 @@ def outcome_of_theirs(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> Ou
         Its entry of ``truth.json``.
     answer : mapping
         As for `outcome_of_ours`.
+    scored : str
+        What that scorer itself calls the answer.
     """
     accept = [set(a) for a in truth["accept"]]
     verdicts = {"none", "parameters", "unknown", "not_excited"}
@@ -118,8 +123,27 @@ def outcome_of_theirs(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> Ou
         "third", truth["name"], truth["stratum"], truth["model"], kind, hidden, named, verdict, right,
         len(named) - right, bool(named) or in_set, whole, _family_right(kind, hidden, right_name, answer),
         _closed_of_removable(truth, answer) if whole and kind == "effect" and named else None, margin(answer),
-        float(answer.get("seconds", 0.0)),
+        float(answer.get("seconds", 0.0)), scored,
     )  # fmt: skip
+
+
+def as_scored(one: Outcome) -> str:
+    """What the other author's scorer should call an outcome, from our own judgement of it."""
+    if one.verdict == "failed":
+        return "error"
+    if one.accepted:
+        return "right"
+    if one.verdict == "named" and one.wrong:
+        if one.right:
+            return "part wrong"
+        return "false alarm" if one.stratum in "BFG" else "wrong"
+    if one.verdict == "named":
+        return "partial"
+    if one.verdict == "ambiguous" and one.wrong:
+        return "wrong"
+    if one.verdict == "ambiguous" and one.covered:
+        return "in set"
+    return "false alarm" if one.verdict == "ambiguous" and one.kind == "nothing" else "abstain"
 
 
 def margin(answer: Mapping[str, Any]) -> float:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from statistics import median
 
 from ..blind.score import Rate, wilson
 from ..blind.table import rate_lines
-from .outcome import Outcome
+from .outcome import Outcome, as_scored
 
 BINS = (0.0, 0.1, 0.3, 1.0, 3.0, math.inf)
 """Edges of the margins of the calibration curve [dB]."""
@@ -73,6 +74,7 @@ def lines(rows: Sequence[Outcome]) -> Iterator[str]:
     if rows:
         seconds = [r.seconds for r in rows]
         yield f"CPU of a case: median {median(seconds):.1f} s, most {max(seconds):.1f} s"
+    yield from scorer_lines(rows)
     yield ""
     yield "risk over coverage: share of wrong answers among the most certain ones"
     curve = risk_coverage(rows)
@@ -86,6 +88,17 @@ def lines(rows: Sequence[Outcome]) -> Iterator[str]:
         least, most = (100 * b for b in wilson(right, given))
         share = f"{100 * right / given:>4.0f} %  ({least:.0f}-{most:.0f} %)" if given else "   -"
         yield f"  {low:>4.1f} to {high:>4.1f} dB  {right:>3}/{given:<3} {share}"
+
+
+def scorer_lines(rows: Sequence[Outcome]) -> Iterator[str]:
+    """The other author's scorer beside our judgement of the same answers; nothing without a scorer."""
+    known = [r for r in rows if r.scored]
+    if not known:
+        return
+    theirs, mine = Counter(r.scored for r in known), Counter(as_scored(r) for r in known)
+    yield "the other author's scorer calls them: " + ", ".join(f"{k} {n}" for k, n in theirs.most_common())
+    yield "from our judgement they should be:    " + ", ".join(f"{k} {n}" for k, n in mine.most_common())
+    yield from (f"  {r.name}: {r.scored}, not {as_scored(r)}" for r in known if r.scored != as_scored(r))
 
 
 def risk_coverage(rows: Sequence[Outcome]) -> list[tuple[float, float]]:

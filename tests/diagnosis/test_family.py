@@ -91,6 +91,8 @@ def test_names_bring_their_family_and_what_has_none_its_best_evidence() -> None:
     assert families_of("ambiguous", (), ("wear", "load_dependence", "thermal"), (), "F") == ("time", "load")
     assert families_of("unknown", (), (), seen, "F") == ("time",)
     assert families_of("unknown", (), (), (FamilyShare("time", "F", 0.03),), "F") == ()
+    near = (FamilyShare("load", "F", 0.61), FamilyShare("position", "F", 0.6), FamilyShare("time", "F", 0.5))
+    assert families_of("unknown", (), (), near, "F") == ("load", "position")
     assert families_of("none", (), (), seen, "F") == ()
 
 

@@ -2,5 +2,6 @@
 
 from .finding import Finding
 from .run_check import Channel, RunCheck, check_record
+from .spikes import spikes, without_spikes
 
-__all__ = ["Channel", "Finding", "RunCheck", "check_record"]
+__all__ = ["Channel", "Finding", "RunCheck", "check_record", "spikes", "without_spikes"]

@@ -64,6 +64,10 @@ USUAL_QUANTILE = 0.75
 EVENT_RANGE_SHARE = 0.02
 """Smaller than this part of the channel's range is no event, however quiet the channel is."""
 
+SPIKE_RANGE_SHARE = 0.05
+"""A single sample outside its neighbours by less than this part of the channel's range is left as it is: it hardly
+moves a fit, and a sharp peak of friction between few samples is as large."""
+
 EVENT_SENSOR_STEPS = 4.0
 """Nor is what is fewer steps of the sensor."""
 

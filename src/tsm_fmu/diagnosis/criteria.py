@@ -191,6 +191,9 @@ NOTABLE_SHARE = 0.1
 FAMILY_SHARE = 0.1
 """Laws of a family must predict this part of a residual on parts left out, or nothing is said of its family."""
 
+FAMILY_TIE_SHARE = 0.9
+"""Families whose laws predict this part of what the best family's predict are not told from it: all are said."""
+
 FORMULA_SHARE = 0.05
 """A formula must predict this part of the residual where it was not fitted; less is no help."""
 

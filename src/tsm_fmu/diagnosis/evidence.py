@@ -57,6 +57,8 @@ class Gap:
         RMS that an effect must remove to be named.
     reference : float or None
         Left on reference runs by the refitted model; None without any.
+    unexplained : bool
+        Whether something lawful is left that no effect explains.
     """
 
     unit: str
@@ -74,6 +76,7 @@ class Gap:
     fmu: float | None = None
     threshold: float = 0.0
     reference: float | None = None
+    unexplained: bool = False
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from ...effects import about
 from ...effects.about import Family
 from ...regression.problem import FitRun
 from ...regression.sensitivity import output_jacobian
-from ..criteria import FAMILY_SHARE
+from ..criteria import FAMILY_SHARE, FAMILY_TIE_SHARE
 from ..evidence import FamilyShare
 from ..fits.refit import Fitted
 from ..fits.response import normalised, places_of
@@ -47,7 +47,7 @@ def families_of(
     """Families of what is missing, most telling first; empty where nothing is, or nothing can be said.
 
     Of named effects and of those that cannot be told apart it is what their files say; of an unknown one the family
-    whose laws predict most of the residual.
+    whose laws predict most of the residual, and those whose laws predict nearly as much.
 
     Parameters
     ----------
@@ -61,5 +61,5 @@ def families_of(
     """
     if effects or equivalent:
         return tuple(dict.fromkeys(about(spec).family for spec in (*effects, *equivalent)))
-    best = next((e for e in evidence if e.channel == channel and e.share > FAMILY_SHARE), None)
-    return (best.family,) if verdict == "unknown" and best is not None else ()
+    told = [e for e in evidence if e.channel == channel and e.share > FAMILY_SHARE] if verdict == "unknown" else []
+    return tuple(e.family for e in told if e.share >= FAMILY_TIE_SHARE * told[0].share)

@@ -83,7 +83,7 @@ def gaps(
             unit=units[c], before=before, after=after, holdout_before=out_before, holdout_after=out_after,
             floor=floor, floor_least=least, closure=_closure(one, two, floor), closure_least=_closure(one, two, least),
             closure_interval=_interval(one, two, floor), refitted=by_refit, holdout_refitted=out_by_refit,
-            threshold=float(threshold[c]), reference=reference,
+            threshold=float(threshold[c]), reference=reference, unexplained=bool(floors.unexplained[c]),
         )  # fmt: skip
     return found
 

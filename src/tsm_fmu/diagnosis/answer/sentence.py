@@ -79,7 +79,7 @@ def _family_text(found: Diagnosis, channel: str) -> str:
     families_named = [
         f"{FAMILIES[f]} (such laws predict {_percent(shares[f])} of it)" for f in found.family if f in shares
     ]
-    return f" What is missing is {' and '.join(families_named)}." if families_named else ""
+    return f" What is missing is {either(families_named)}." if families_named else ""
 
 
 def _remains(found: Diagnosis, channel: str) -> str:
@@ -114,13 +114,16 @@ def either(names: Sequence[str]) -> str:
 
 
 def leading_channel(found: Diagnosis) -> str | None:
-    """The channel that the answer is about: what was closed most in floors, else what is furthest above its floor."""
+    """The channel that the answer is about: what was closed most in floors, else what is furthest above its floor.
+
+    Of channels in which nothing is unexplained only where that is so of all.
+    """
 
     def weight(g: Gap) -> float:
         removed = max(g.refitted**2 - g.after**2, 0.0) if found.effects or found.equivalent else 0.0
         return (removed or 1e-9 * g.refitted**2) / max(g.floor, 1e-300) ** 2
 
-    return max(found.gap, key=lambda c: weight(found.gap[c]), default=None)
+    return max(found.gap, key=lambda c: (found.gap[c].unexplained, weight(found.gap[c])), default=None)
 
 
 def leading_place(found: Diagnosis, channel: str) -> Place | None:

@@ -100,7 +100,7 @@ def open_channels(
     reference_fit : Fitted or None
         Baseline on reference runs.
     stepped : sequence of str
-        Channels of few levels: what is between two levels wanders, and is no gap.
+        Channels of few levels: what is between two levels follows the motion and wanders, and is no gap.
     """
     fitted = one.fitted
     mean_square, spread = fitted.rmse**2, fitted.spread
@@ -111,12 +111,12 @@ def open_channels(
     coloured = mean_square - white
     large = np.where(mean_square > SLOW_RATIO**2 * white, EFFECT_SPREAD_SHARE, WANDERING_SPREAD_SHARE) * spread
     wandering = (white < WHITE_SHARE * mean_square) & (coloured > np.maximum(large**2, form))
-    wandering &= ~np.isin(fitted.problem.channels, list(stepped))
-    found = lawful | wandering
+    coarse = np.isin(fitted.problem.channels, list(stepped))
+    found = lawful | (wandering & ~coarse)
     if reference_fit is not None:
         above = fitted.rmse**2 - (REFERENCE_RATIO * reference_fit.rmse) ** 2
         found = (found & (above > 0.0)) | (above > np.maximum((EFFECT_SPREAD_SHARE * spread) ** 2, form))
-    return found
+    return found & ~(coarse & (mean_square <= fitted.task.discrepancy**2))
 
 
 def _predictable(fitted: Fitted) -> FloatArray:

@@ -240,13 +240,24 @@ def refit_candidates(
             fitted = refit_with(base.fitted, s, base.nuisances, second, begun=fitted)
         gain = base.reference_gain
         if reference_fit is not None:
-            on_reference = (refit_with if contends else begun_with)(reference_fit, s, base.nuisances)
-            gain = gain + np.maximum(reference_fit.rmse**2 - on_reference.rmse**2, 0.0)
+            gain = gain + _gained(reference_fit, s, base.nuisances, refit_with if contends else begun_with)
         return hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain)
 
     tried = [one for one in together(begun, shortlist(screened, most)) if one is not None]
     least = min((_log_mean_square(fitted) for _, fitted in tried), default=0.0)
     return together(refitted, tried)
+
+
+def _gained(
+    reference_fit: Fitted, s: Screened, nuisances: Sequence[str],
+    way: Callable[[Fitted, Screened, Sequence[str]], Fitted],
+) -> FloatArray:  # fmt: skip
+    """Mean square that a candidate gains on reference runs; nothing where they cannot run with it."""
+    try:
+        on_reference = way(reference_fit, s, nuisances)
+    except InputError:
+        return np.zeros_like(reference_fit.rmse)
+    return np.maximum(reference_fit.rmse**2 - on_reference.rmse**2, 0.0)
 
 
 def _log_mean_square(fitted: Fitted) -> float:

@@ -111,9 +111,9 @@ class Search:
         if len(winner.effects) < len(base.added):
             return True  # the last one did not help
         # nothing is left to explain, and nothing explained by what is rather a nuisance
-        return (
-            not winner.has_large_nuisance and not open_channels(winner, refitted.fitted, self.baselines.reference).any()
-        )
+        before = self.baselines
+        left = open_channels(winner, refitted.fitted, before.reference, before.stepped)
+        return not winner.has_large_nuisance and not left.any()
 
 
 def candidate_places(model: Kernel, fitted: Fitted, travel: float = np.inf) -> list[Attached]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...checking import spikes, without_spikes
 from ...kernels.kernel import Kernel
 from ...logs.record import Record
 from ...regression.problem import FitRun
@@ -66,9 +67,29 @@ def prepared(
 
     def compared_runs(group: Sequence[Record]) -> tuple[FitRun, ...]:
         return tuple(
-            compared_after_start(model, fit_run(model, record, channels, cutoff), channels) for record in group
+            compared_after_start(model, _repaired(fit_run(model, record, channels, cutoff)), channels)
+            for record in group
         )
 
     return PreparedRuns(
-        model, tuple(channels), compared_runs(measured), compared_runs(reference), compared_runs(holdout), notes
-    )
+        model, tuple(channels), compared_runs(measured), compared_runs(reference), compared_runs(holdout),
+        (*notes, *_spike_notes(records, channels)),
+    )  # fmt: skip
+
+
+def _repaired(run: FitRun) -> FitRun:
+    """The run without the spikes of its compared channels: one sample can be more than all of a gap."""
+    columns = [without_spikes(column, run.time) for column in run.targets.T]
+    return replace(run, targets=np.ascontiguousarray(np.column_stack(columns)))
+
+
+def _spike_notes(records: Sequence[Record], channels: Sequence[str]) -> Iterator[str]:
+    """How many samples of each channel are not compared, and an example to look at."""
+    for channel in channels:
+        found = [(record, rows) for record in records if (rows := spikes(record.columns[channel])).size]
+        if found:
+            record, rows = found[0]
+            yield (
+                f"{sum(r.size for _, r in found)} single samples of {channel} are spikes that no motion makes (one in "
+                f"{record.name} at {record.time[rows[0]]:.3f} s): the line between their neighbours is compared instead"
+            )
