@@ -198,8 +198,8 @@ def loop(fmus: Mapping[str, Path], condition: str, variant: Variant, name: str, 
         Component("transmission", fmus["LebusTransmission"], {**preset, **variant.transmission}),
     ]
     wires = [
-        Connection("set_down.dy", "cord.u1", convert_units=False),
-        Connection("hung_on_b.dy", "cord.u2", convert_units=False),
+        Connection("set_down.dy", "cord.u1"),
+        Connection("hung_on_b.dy", "cord.u2"),
         Connection("cord.y", "load.s"),
         Connection("transmission.theta_out", "load.phi"),
         Connection("load.tau", "transmission.tau_load"),
