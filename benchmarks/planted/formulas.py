@@ -8,7 +8,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from .motions import DT, Array
-from .rigs import Signals, presliding, slip
+from .rigs import Signals, slip
 
 Formula = Callable[[Array, Signals, float], Array]
 
@@ -72,12 +72,13 @@ def _hess_soom(y: Array, s: Signals, amount: float) -> Array:
 
 @_of("presliding_shape")
 def _slow_end(y: Array, s: Signals, amount: float) -> Array:
-    """After a reversal the rest goes as the inverse of the travel."""
-    z, reach = np.zeros(s.x.size), 0.15 * s.stroke
+    """Steep after a reversal, then slow: the rest r follows dr/dx = -r (1 + r^2)/reach, r^2/(1 + r^2) exponentially."""
+    z, reach = np.zeros(s.x.size), 0.08 * s.stroke
     for k in range(1, s.x.size):
-        d = s.x[k] - s.x[k - 1]
-        left = 1.0 - np.sign(d) * z[k - 1]
-        z[k] = np.sign(d) * (1.0 - left / (1.0 + left * abs(d) / reach))
+        way, d = np.sign(s.x[k] - s.x[k - 1]), abs(s.x[k] - s.x[k - 1])
+        rest = (1.0 - way * z[k - 1]) ** 2
+        spent = rest / (1.0 + rest) * np.exp(-2.0 * d / reach)
+        z[k] = way * (1.0 - np.sqrt(spent / (1.0 - spent)))
     return y + amount * (z - s.z)
 
 
@@ -137,7 +138,8 @@ def _gaps(y: Array, s: Signals, amount: float) -> Array:
 
 @_of("smooth_backlash")
 def _rounded(y: Array, s: Signals, amount: float) -> Array:
-    return y - amount * presliding(y, 0.3 * s.stroke)
+    """Many threads that stretch and slip in turn, each after its own travel."""
+    return y - amount * np.mean([slip(y, part * s.stroke) for part in np.linspace(0.1, 1.1, 9)], axis=0)
 
 
 @_of("tendon_elasticity")
@@ -163,12 +165,15 @@ def _relaxing(y: Array, s: Signals, amount: float) -> Array:
 
 @_of("thermal")
 def _warm(y: Array, s: Signals, amount: float) -> Array:
-    """Warmth by Euler's rule, after a rational function of the speed."""
-    active, tau = np.abs(s.v) / (np.abs(s.v) + 0.1 * s.rms("v")), 0.15 * s.t[-1]
-    warm = np.zeros(s.t.size)
+    """A tendon heated by its speed in a sheath that takes the heat up; friction falls exponentially with its warmth."""
+    heat, (tendon, sheath) = np.abs(s.v) / s.rms("v"), (0.05 * s.t[-1], 0.2 * s.t[-1])
+    warm = around = 0.0
+    factor = np.ones(s.t.size)
     for k in range(1, s.t.size):
-        warm[k] = warm[k - 1] + DT / tau * (active[k] - warm[k - 1])
-    return y * (1.0 + amount * (1.0 - warm))
+        lost = warm - around
+        warm, around = warm + DT / tendon * (0.5 * heat[k] - lost), around + DT / sheath * (lost - around)
+        factor[k] = np.exp(-amount * warm)
+    return y * factor
 
 
 @_of("wear")

@@ -60,6 +60,7 @@ def test_the_motor_is_the_zero_order_hold_of_its_transfer_function(tmp_path):
     np.testing.assert_allclose(found.linear.frequency_response(omega), expected, rtol=1e-4)
     assert found.linear.unit == "(rad)/(V)"
     assert found.margins is None
+    assert "iframe" in found._repr_html_()
 
 
 def test_a_realisation_gives_back_a_response_with_noise_and_says_what_it_leaves():

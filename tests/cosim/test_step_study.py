@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from tsm_fmu import InputError
@@ -34,7 +35,14 @@ def test_an_oscillator_shows_first_order_and_what_jacobi_costs(foreign):
 
 def test_the_verb_says_whether_the_order_matters(foreign, tmp_path):
     path = write_ssp(tmp_path / "o.ssp", (oscillator(foreign), Experiment(1.0, 0.02)))
-    assert step_study_of(path).sentence.startswith("The order of exchange matters: with Jacobi ")
+    coarse = step_study_of(path)
+    assert coarse.sentence.startswith("The order of exchange matters: with Jacobi ")
+    lines = {line.name: line for line in coarse.figure().lines}
+    for signal in coarse.signals:  # in percent of the size, over all steps but the last, which has no half
+        line = lines[f"{signal.signal}, jacobi"]
+        assert tuple(line.x) == coarse.steps[:-1]
+        assert np.array(line.y) * signal.size / 100.0 == pytest.approx(signal.halved["jacobi"])
+    assert "iframe" in coarse._repr_html_()
     fine = step_study_of(path, step=1e-4, stop=0.1, halvings=1)
     assert fine.sentence.startswith("The order of exchange does not matter: at most ")
     assert fine.steps == (1e-4, 5e-5)

@@ -180,7 +180,7 @@ def _described(
     gap = _gaps(found)
     candidates = candidates_of(
         rows_of(found.selection.hypotheses, found.selection.choice, found.selection.floors),
-        verdict.final.effects if verdict.effects or verdict.equivalent else (), gap, before.refitted,
+        _answered(found), gap, before.refitted,
         before.with_nuisances, runs.measured, (*found.not_excited, *found.not_applicable),
         unknown=bool(found.selection.floors.unexplained.any()),
     )  # fmt: skip
@@ -209,6 +209,14 @@ def _described(
         shapes = with_position_law(tuple(shapes), stages[stage], channel, seed)
     diagnosis = replace(diagnosis, family=families, family_evidence=evidence, shapes=shapes)
     return replace(diagnosis, answer=answer(diagnosis))
+
+
+def _answered(found: Investigation) -> tuple[str, ...]:
+    """Effects that the answer names or holds in a set, not the nuisance effects beside them."""
+    verdict = found.verdict
+    if not verdict.effects and not verdict.equivalent:
+        return ()
+    return tuple(dict.fromkeys((*verdict.effects, *found.selection.choice.winner.effects)))
 
 
 def _gaps(found: Investigation) -> dict[str, Gap]:

@@ -1,11 +1,17 @@
-"""Tables as text: for summaries, logs and pipes, with every name whole."""
+"""Tables as text: for summaries, logs and pipes, with every name whole, and for notebooks as they are."""
 
 from __future__ import annotations
 
+import html
 from collections.abc import Sequence
 from typing import Any
 
 from tabulate import tabulate
+
+
+def preformatted(text: str) -> str:
+    """A text as HTML that shows it line by line, as a terminal does."""
+    return f"<pre>{html.escape(text, quote=False)}</pre>"
 
 
 def text_table(heading: Sequence[str], rows: Sequence[Sequence[Any]], title: str = "") -> str:

@@ -13,7 +13,7 @@ from ..checking import RunCheck, check_record
 from ..checking.finding import Finding, shown
 from ..logs.proposal import Proposal, propose_mapping
 from ..logs.record import Record
-from ..report.text import text_table
+from ..report.text import preformatted, text_table
 from .models import ModelLike, resolve_model
 from .runs import ReadOptions, RunLike, records_of
 
@@ -91,7 +91,7 @@ class CheckResult:
         return next(iter(runs.values())) if len(runs) == 1 else {"runs": runs}
 
     def _repr_html_(self) -> str:
-        return f"<pre>{self.summary()}</pre>{self.to_frame().to_html(index=False)}"
+        return preformatted(self.summary()) + self.to_frame().to_html(index=False)
 
 
 def check(runs: RunLike | Sequence[RunLike], *, cutoff: float | None = None, start: float | None = None,

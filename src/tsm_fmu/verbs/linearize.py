@@ -22,7 +22,7 @@ from ..models.contract import InputError
 from ..report import Line, Section, Table, write_report
 from ..report.figures import Figure
 from ..report.panel import Panel
-from ..report.text import text_table
+from ..report.text import preformatted, text_table
 from . import TIME_LIMIT
 from .systems import Settings, opened
 
@@ -155,6 +155,9 @@ class LinearizeResult:
             "design": None if self.design_margins is None else asdict(self.design_margins),
             **({} if self.report is None else {"report": str(self.report)}),
         }  # fmt: skip
+
+    def _repr_html_(self) -> str:
+        return preformatted(self.summary()) + self.figure()._repr_html_()
 
     def _answer(self) -> str:
         found, asked = self.margins, self.design_margins

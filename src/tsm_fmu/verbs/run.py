@@ -18,7 +18,7 @@ from ..cosim.trajectory import SimulationInterrupted, SimulationStopped, Traject
 from ..logs.display import display
 from ..logs.plain_json import finite
 from ..models.contract import InputError
-from ..report.text import text_table
+from ..report.text import preformatted, text_table
 from . import TIME_LIMIT
 from .systems import Opened, Settings, opened
 
@@ -129,7 +129,7 @@ class RunResult:
         return self.cases[name]
 
     def _repr_html_(self) -> str:
-        return f"<pre>{self.summary()}</pre>"
+        return preformatted(self.summary())
 
 
 def run(

@@ -17,7 +17,7 @@ from ..logs.agreement import Agreement
 from ..logs.display import display
 from ..logs.record import Record, cutoff_note, kernel_inputs
 from ..models.contract import InputError
-from ..report.text import text_table
+from ..report.text import preformatted, text_table
 from . import TIME_LIMIT
 from .models import ModelLike, resolve_model
 from .runs import RunLike, records_of
@@ -106,7 +106,7 @@ class SimulateResult:
         return {"channels": channels, "steps": self.trajectory.time.size - 1, "wall_s": self.wall_s}
 
     def _repr_html_(self) -> str:
-        return f"<pre>{self.summary()}</pre>"
+        return preformatted(self.summary())
 
 
 def simulate(

@@ -12,12 +12,17 @@ from ..cosim.cases import present
 from ..cosim.step_study import SignalStudy, order_sentence
 from ..cosim.step_study import step_study as study_case
 from ..models.contract import InputError
-from ..report.text import text_table
+from ..report.text import preformatted, text_table
 from . import TIME_LIMIT
 from .systems import Settings, opened
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from ..report.figures import Figure
+
+PLOTTED = 4
+"""Signals in the picture of a study: those in which the order of exchange matters most."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,21 @@ class StepStudyResult:
         ]
         return pd.DataFrame(rows)
 
+    def figure(self) -> Figure:
+        """How far each step is from its half, in percent of a signal's size, over the step; Jacobi dashed."""
+        from ..report.figures import Figure, Line
+        from ..report.panel import Panel
+
+        moving = sorted((s for s in self.signals if s.size > 0.0), key=lambda s: -s.share)[:PLOTTED]
+        lines = [
+            Line(f"{s.signal}, {method}", self.steps[: len(errors)], [100.0 * e / s.size for e in errors],
+                 dashed=method == "jacobi", colour=k)
+            for k, s in enumerate(moving) for method, errors in s.halved.items()
+        ]  # fmt: skip
+        title = f"{self.case}: what halving the step changes"
+        panel = Panel("communication step [s]", "change of the signal [% of its size]", lines=lines, log_x=True)
+        return Figure(title, (panel,))
+
     def as_json(self) -> dict[str, Any]:
         """The JSON contract of ``step-study``."""
         return {
@@ -82,6 +102,9 @@ class StepStudyResult:
                 for s in self.signals
             },
         }  # fmt: skip
+
+    def _repr_html_(self) -> str:
+        return preformatted(self.summary()) + self.figure()._repr_html_()
 
 
 def step_study(

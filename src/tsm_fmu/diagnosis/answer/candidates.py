@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ...effects import id_of, prefix_of
+from ...kernels.arrays import FloatArray
 from ...regression.problem import FitRun
 from ..choice.floors import Floors
 from ..choice.hypotheses import Hypothesis
@@ -52,7 +54,7 @@ def candidates_of(
     rows : sequence of (str, Hypothesis)
         Of `rows_of`.
     answered : sequence of str
-        Effects of the answer, whose numbers are those of its model.
+        Named effects, and those of a set: their numbers are those of the answer's model.
     gap : mapping of str to Gap
     refitted, with_nuisances : Hypothesis
         The model without effects; from it closures are counted, from the second the score.
@@ -67,15 +69,21 @@ def candidates_of(
     least = np.array([g.floor_least for g in gap.values()])
     found = []
     for spec, one in rows:
-        compared = with_nuisances if spec in one.added else refitted
-        of_answer = spec in answered
-        measured = np.array([g.after for g in gap.values()]) if of_answer else one.fitted.at(runs).rmse
+        of_answer, alone = spec in answered, spec in one.added
+        score = DECIBEL * (log_residual(with_nuisances if alone else refitted) - log_residual(one))
+        base = np.array([g.refitted for g in gap.values()])
         shared = 0.0 if of_answer else one.reference_gain  # what it closes on reference runs too is not the gap
-        squares = [(np.array([g.refitted for g in gap.values()]) ** 2, measured**2 + shared)]
+        if of_answer:
+            measured = np.array([g.after for g in gap.values()])
+        elif alone:
+            measured = one.fitted.at(runs).rmse
+        else:
+            measured, score = _with_nuisance_alone(spec, one, base, runs), _nuisance_score(spec, one)
+        squares = [(base**2, measured**2 + shared)]
         if of_answer and all(g.holdout_after is not None for g in gap.values()):
             pairs = [(g.holdout_refitted or 0.0, g.holdout_after or 0.0) for g in gap.values()]
             squares.append((np.array([b for b, _ in pairs]) ** 2, np.array([a for _, a in pairs]) ** 2))
-        elif one.held_out is not None and refitted.held_out is not None:
+        elif (of_answer or alone) and one.held_out is not None and refitted.held_out is not None:
             squares.append((refitted.held_out, one.held_out))
         closures = [closure(before, after, floor) for before, after in squares]
         channels = {}
@@ -86,7 +94,7 @@ def candidates_of(
         values = one.parameters(spec)
         found.append(
             Candidate(
-                spec, DECIBEL * (log_residual(compared) - log_residual(one)), closures[0],
+                spec, score, closures[0],
                 closures[1] if closures[1:] else None, values, _units(one.fitted, spec, values), channels,
                 _misfit(measured, one.fitted), id_of(spec) not in hidden,
             )
@@ -132,6 +140,20 @@ def _held_out(gap: Gap, before: float, after: float) -> float | None:
     if gap.holdout_refitted is None or not before > 0.0:
         return None
     return float(gap.holdout_refitted * np.sqrt(after / before))
+
+
+def _with_nuisance_alone(spec: str, one: Hypothesis, refitted: FloatArray, runs: Sequence[FitRun]) -> FloatArray:
+    """RMS left by the refitted model less what one nuisance effect removes beside the others, not what all remove."""
+    _, without = one.tested[spec]
+    removed = without.at(runs).rmse ** 2 - one.fitted.at(runs).rmse ** 2
+    return np.sqrt(np.clip(refitted**2 - removed, 0.0, refitted**2))
+
+
+def _nuisance_score(spec: str, one: Hypothesis) -> float:
+    """By how many decibels a nuisance effect beside the others lowers what is left of the measured runs."""
+    _, without = one.tested[spec]
+    before = replace(one, measured=without.rmse**2 + one.reference_gain, held_out=None)
+    return DECIBEL * (log_residual(before) - log_residual(replace(one, held_out=None)))
 
 
 def _range(before: float, after: float, least: float, floor: float) -> tuple[float, float] | None:
