@@ -15,6 +15,7 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphin
 myst_enable_extensions = ["colon_fence", "deflist"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build", "_ext"]
+highlight_language = "text"  # a block without a language is a drawing or a command
 html_theme = "furo"
 html_title = "tsm-fmu"
 html_static_path = ["_static"]

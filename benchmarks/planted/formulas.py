@@ -72,13 +72,12 @@ def _hess_soom(y: Array, s: Signals, amount: float) -> Array:
 
 @_of("presliding_shape")
 def _slow_end(y: Array, s: Signals, amount: float) -> Array:
-    """Steep after a reversal, then slow: the rest r follows dr/dx = -r (1 + r^2)/reach, r^2/(1 + r^2) exponentially."""
-    z, reach = np.zeros(s.x.size), 0.08 * s.stroke
+    """After a reversal the rest goes as the inverse of the travel."""
+    z, reach = np.zeros(s.x.size), 0.15 * s.stroke
     for k in range(1, s.x.size):
-        way, d = np.sign(s.x[k] - s.x[k - 1]), abs(s.x[k] - s.x[k - 1])
-        rest = (1.0 - way * z[k - 1]) ** 2
-        spent = rest / (1.0 + rest) * np.exp(-2.0 * d / reach)
-        z[k] = way * (1.0 - np.sqrt(spent / (1.0 - spent)))
+        d = s.x[k] - s.x[k - 1]
+        left = 1.0 - np.sign(d) * z[k - 1]
+        z[k] = np.sign(d) * (1.0 - left / (1.0 + left * abs(d) / reach))
     return y + amount * (z - s.z)
 
 
@@ -139,7 +138,7 @@ def _gaps(y: Array, s: Signals, amount: float) -> Array:
 @_of("smooth_backlash")
 def _rounded(y: Array, s: Signals, amount: float) -> Array:
     """Many threads that stretch and slip in turn, each after its own travel."""
-    return y - amount * np.mean([slip(y, part * s.stroke) for part in np.linspace(0.1, 1.1, 9)], axis=0)
+    return y - amount * np.mean([slip(y, part * s.stroke) for part in np.linspace(0.05, 0.65, 7)], axis=0)
 
 
 @_of("tendon_elasticity")

@@ -7,8 +7,10 @@ import pytest
 
 from tsm_fmu.diagnosis.fits.placing import not_applicable, places_of_effect, possible
 from tsm_fmu.effects import EFFECTS, id_of
-from tsm_fmu.kernels.chain import chain
+from tsm_fmu.kernels.chain import attach, chain
+from tsm_fmu.kernels.drives import Drive
 from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.models.contract import InputError
 
 READ = {m.NAME for m in EFFECTS if m.ABOUT.role == "read"}
 
@@ -21,6 +23,7 @@ READ = {m.NAME for m in EFFECTS if m.ABOUT.role == "read"}
         ("TendonDrive", ("x_out", "tau_in")),
         ("TendonDrive", ("x_out",)),
         ("SingleTsmDahl", ("F",)),
+        ("PairedTsmFriction", ("F",)),
         ("DcMotor", ("omega",)),
     ],
 )
@@ -46,3 +49,17 @@ def test_what_the_model_was_given_with_is_said_to_be_there() -> None:
     assert reasons["inertia"] == reasons["backlash"] == "it is in the model as given"
     assert set(map(id_of, ("inertia", "backlash@x_out"))) <= set(reasons)
     assert np.count_nonzero([why == "it is in the model as given" for why in reasons.values()]) == 2
+
+
+def test_a_law_that_adds_the_load_to_the_friction_wants_one_unit_of_both() -> None:
+    """The load of PairedTsmFriction is a torque and its friction a force; a tension in the log is a force."""
+    base = kernel("PairedTsmFriction")
+    with pytest.raises(InputError, match=r"adds the load to the friction, and N\.m is not N -- name a column"):
+        attach(base, "drive_direction")
+    assert not_applicable(base, ("F",))["drive_direction"].startswith("it needs a load in N, the unit of the friction")
+    with_tension = Drive("load", "T", "N")
+    assert {c.spec for c in possible(base.name, ("F",), (), [with_tension]) if c.module.NAME == "drive_direction"} == {
+        "drive_direction~T[N]"
+    }
+    assert attach(kernel("TendonDrive"), "drive_direction").spec == "drive_direction"
+    assert "load_dependence" not in not_applicable(base, ("F",))

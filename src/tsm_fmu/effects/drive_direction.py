@@ -4,7 +4,7 @@
 
     F <- F + |k_m tau_m - k_e load| z,    tau_m = load + F                              (1)
 
-tau_m is the torque that the drive side sees before this effect, in the unit of the load. Limits: k_m = k_e = 0
+tau_m is the torque that the drive side sees before this effect: load and friction, in one unit. Limits: k_m = k_e = 0
 changes nothing; k_m = k_e is friction that grows with the friction torque alone.
 Source: Rhoban's BAM models (directional load); effects.md 1, `drive_direction`.
 """
@@ -39,7 +39,7 @@ class State(NamedTuple):
 class Inputs(NamedTuple):
     y: Annotated[float, Quantity("{F}", "what this effect changes, before it")]
     z: Annotated[float, Quantity("1", "presliding state")]
-    load: Annotated[float, Quantity("{load}", "load on the drive")]
+    load: Annotated[float, Quantity("{F}", "load on the drive, in the unit of the friction: Eq (1) adds them")]
 
 
 class Outputs(NamedTuple):

@@ -24,7 +24,7 @@ from ..effects.coordinates import Motion
 from ..models.contract import InputError
 from . import compiled_cache
 from .arrays import FloatArray
-from .chain_source import Attached, Writer
+from .chain_source import Attached, Writer, adds_load, friction_unit, load_unit
 from .drives import Drive, read_drives
 from .kernel import Kernel, kernel
 
@@ -112,6 +112,12 @@ def attach(base: Kernel, text: str) -> Attached:
         raise InputError(
             f"effect {name!r} on {base.name} -- it needs a load, which {base.name} has not -- name the "
             f"column of the log that is one: {name}~T_in[N]"
+        )
+    unit, force = load_unit(base, driven), friction_unit(base)
+    if adds_load(module) and unit != force:
+        raise InputError(
+            f"effect {name!r} on {base.name} -- it adds the load to the friction, and {unit} is not {force} -- name a "
+            f"column of the log that is a load in {force}: {name}~COLUMN[{force}]"
         )
     if not base.motion and set(Motion._fields) & set(module.Inputs._fields):
         raise InputError(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
 from ..effects.coordinates import Motion, MotionParams
+from ..models.contract import variables
 from .drives import MEANINGS, Drive, text_of
 from .kernel import Kernel
 
@@ -116,11 +118,11 @@ class Writer:
         return [(getattr(port, way), way) for way in ways] if port and self.friction else []
 
     def _units(self, a: Attached) -> dict[str, str]:
-        force = _unit(self.base, self.roles.friction.like if self.roles.friction else "")
+        force = friction_unit(self.base)
         own = _unit(self.base, a.channel) if a.channel else force
         force = own if a.on_lost_motion else force
         driven = {d.signal: d.unit for d in a.drives}
-        load = driven.get("load") or _unit(self.base, self.load) or "1"
+        load = load_unit(self.base, a.drives) or "1"
         position = driven.get("x") or self._motion_unit()
         return {"F": force, "load": load, "x": position, "y": own, "bend": driven.get("bend", "rad")}
 
@@ -332,6 +334,21 @@ class Writer:
 def _imported(function: Any, name: str) -> str:
     """Import of a function of a model, from the file that it is written in, under another name."""
     return f"from .{function.__module__.partition('.models.')[2]} import {function.__name__} as {name}"
+
+
+def adds_load(module: ModuleType) -> bool:
+    """Whether an effect's law adds the load to the friction: its file says so by the load's unit."""
+    return any(v.name == "load" and v.quantity.unit == "{F}" for v in variables(module.Inputs))
+
+
+def load_unit(base: Kernel, drives: Sequence[Drive]) -> str:
+    """Unit of the load that an effect sees: of a column of the log, else of the model's own; '' without one."""
+    return next((d.unit for d in drives if d.signal == "load"), "") or _unit(base, base.roles.load or "")
+
+
+def friction_unit(base: Kernel) -> str:
+    """Unit of a model's friction; '' without one."""
+    return _unit(base, base.roles.friction.like) if base.roles.friction else ""
 
 
 def _unit(base: Kernel, name: str) -> str:

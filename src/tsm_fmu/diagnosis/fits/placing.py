@@ -12,7 +12,7 @@ import numpy as np
 from ...effects import EFFECTS, id_of, shapes_of
 from ...effects.coordinates import Motion
 from ...kernels.chain import attach
-from ...kernels.chain_source import Attached
+from ...kernels.chain_source import Attached, adds_load, friction_unit, load_unit
 from ...kernels.drives import ROLES, Drive, text_of
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError
@@ -122,6 +122,8 @@ def _lacks(base: Kernel, module: ModuleType, drives: Sequence[Drive]) -> str:
     signals, given = set(module.Inputs._fields) - set(module.ABOUT.optional), {d.signal for d in drives}
     if "load" in signals and not base.roles.load and "load" not in given:
         return "a load or a tension"
+    if adds_load(module) and not given and load_unit(base, ()) != friction_unit(base):
+        return f"a load in {friction_unit(base)}, the unit of the friction"
     if "bend" in signals and "bend" not in given:
         return "the sheath's angle"
     if signals & set(Motion._fields) and not base.motion:
