@@ -26,7 +26,9 @@ def dependence_figures(shape: ResidualShape) -> list[Figure]:
             Band(
                 d.direction and f"moving {d.direction}",
                 d.at * x.factor,
-                *(v * y.factor for v in (d.mean, d.low, d.high)),
+                d.mean * y.factor,
+                d.low * y.factor,
+                d.high * y.factor,
             )
             for d in curves
         ]
