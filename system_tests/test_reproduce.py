@@ -59,7 +59,7 @@ def test_the_table_is_printed_for_people(tmp_path, capsys):
     ("arguments", "message"),
     [
         (["--out", "{file}"], "is a file -- expected a folder -- choose another"),
-        (["--out", "{file}/below", "--paper", "icinco2013"], "could not be written"),
+        (["--out", "{file}/below", "--paper", "icinco2013"], "is no writable folder"),
         (["--out", "{folder}", "--paper", "do2015"], "paper 'do2015' -- expected one of iftomm2013"),
     ],
 )

@@ -33,7 +33,6 @@ def measured(page: Path, folder: Path, *, width: int = 400, dark: bool = False) 
     script = f"""
     let w = f.contentWindow, d = f.contentDocument;
     const settle = () => {{
-      w.dispatchEvent(new Event("beforeprint"));
       const plots = [...d.querySelectorAll("[data-plot]")];
       if (plots.some(p => !p.dataset.drawn)) return setTimeout(settle, 200);
       setTimeout(() => {{ {out}.textContent = JSON.stringify({{

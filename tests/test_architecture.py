@@ -70,3 +70,28 @@ def test_no_circle_among_modules():
 
     for module in needs:
         walk(module)
+
+
+WRITES_ITSELF = {
+    "logs/whole_file.py",  # the one place
+    "cosim/journal.py",  # rows of a process that may crash, in a temporary folder
+    "batching/kept.py",  # results of a batch, appended; a cut last line is known
+    "cosim/unpack.py",  # locks of temporary folders
+    "kernels/compiled_cache.py",  # of numba, below the logs
+    "fmu/native/zig.py",  # sources in a temporary folder
+}
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.relative_to(SOURCE).as_posix())
+def test_files_are_written_in_one_place_that_leaves_no_half_ones(path):
+    """By `write_whole`."""
+    if path.relative_to(SOURCE).as_posix() in WRITES_ITSELF:
+        return
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            assert node.func.attr not in ("write_text", "write_bytes"), f"line {node.lineno}"
+        if isinstance(node, ast.Call) and getattr(node.func, "id", getattr(node.func, "attr", "")) == "open":
+            modes = [a.value for a in (*node.args, *(k.value for k in node.keywords)) if isinstance(a, ast.Constant)]
+            assert not any(mode in ("w", "wb", "a", "x", "w+") for mode in modes), (
+                f"line {node.lineno}: use write_whole"
+            )

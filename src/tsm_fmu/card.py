@@ -21,6 +21,7 @@ import tomli_w
 from . import __version__
 from .kernels.kernel import Kernel, kernel
 from .logs.plain_toml import read_toml
+from .logs.whole_file import write_whole
 from .models.contract import InputError, Variable
 from .models.unit_text import simplified
 
@@ -185,19 +186,9 @@ def write_card(path: str | os.PathLike[str], card: ModelCard) -> None:
     Raises
     ------
     InputError
-        The folder does not exist or cannot be written.
+        The folder cannot be written.
     """
-    text = tomli_w.dumps(_plain(card), indent=2)
-    target = Path(path)
-    part = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(target)
-    except OSError as failure:
-        part.unlink(missing_ok=True)
-        raise InputError(
-            f"card {path} -- expected a file that can be written ({failure.strerror}) -- choose another --out"
-        ) from failure
+    write_whole(path, tomli_w.dumps(_plain(card), indent=2))
 
 
 def utc_now() -> str:

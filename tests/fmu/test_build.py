@@ -149,5 +149,5 @@ def test_start_values_are_checked(tmp_path, values, message):
 
 def test_a_file_in_the_way_is_reported(tmp_path):
     (tmp_path / "taken").write_text("")
-    with pytest.raises(InputError, match=r"FMU .*taken/x\.fmu cannot be written \(.*\) -- expected a writable folder"):
+    with pytest.raises(InputError, match=r"taken/x\.fmu could not be written \(.*\) -- expected a writable place"):
         build_fmu(kernel(NAME), tmp_path / "taken" / "x.fmu")

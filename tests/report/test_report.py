@@ -63,7 +63,7 @@ def test_spikes_survive_thinning():
 
 def test_a_place_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match=r"file.report\.html -- could not be written"):
+    with pytest.raises(InputError, match=r"file.report\.html could not be written .its folder is a file."):
         write_report(tmp_path / "file" / "report.html", "t", "s", [])
 
 

@@ -129,7 +129,7 @@ def test_an_unknown_paper_is_named():
 
 def test_a_place_that_cannot_be_written_is_named(done, tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match=r"--out .*file.deep -- could not be written .* -- choose another folder"):
+    with pytest.raises(InputError, match=r"file.deep.* could not be written .* -- choose another"):
         write_reproduction(tmp_path / "file" / "deep", done)
 
 

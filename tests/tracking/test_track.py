@@ -129,7 +129,7 @@ def test_files_and_page(worn: tsm.TrackResult, tmp_path: Path) -> None:
         ("card.toml 1.csv 2.csv 3.csv --out d", "3 runs to track -- expected 5 or more"),
         ("card.toml 1.csv 2.csv 3.csv 4.csv 5.csv --out d --free ghost", "--free ghost of LuGreFriction -- expected"),
         ("card.toml 1.csv 2.csv 3.csv 4.csv 1.csv --out d", "given 2 times"),
-        ("card.toml 1.csv 2.csv 3.csv 4.csv 5.csv --out 1.csv", "expected a folder, this is a file"),
+        ("card.toml 1.csv 2.csv 3.csv 4.csv 5.csv --out 1.csv", "is a file -- expected a folder"),
         ("LuGreFriction 1.csv 2.csv 3.csv 4.csv 5.csv --out d", "without a card -- expected a fitted model"),
         ("card.toml 1.csv 2.csv 3.csv 4.csv rest.csv --out d", "no input of LuGreFriction moves in rest"),
         ("none.toml 1.csv --out d", "none.toml -- expected a readable file"),

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ..logs.whole_file import write_whole
 from ..models.contract import InputError
 
 
@@ -57,7 +58,7 @@ class Kept:
         self.results[number] = result
         try:
             if not self._begun:  # not before: a batch that found no place to work leaves no file
-                self._path.write_text("".join(f"{line}\n" for line in (self._first, *self._known)), encoding="utf-8")
+                write_whole(self._path, "".join(f"{line}\n" for line in (self._first, *self._known)))
                 self._begun = True
             with self._path.open("a", encoding="utf-8") as file:
                 file.write(json.dumps([number, result]) + "\n")

@@ -5,6 +5,7 @@ Exit codes: 0 done, 2 wrong use or bad input (one line on stderr), 1 a defect of
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import os
@@ -27,6 +28,9 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
+_NO_ROOM_OR_RIGHTS = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO}
+"""Of the machine, not of us: a disk that is full, folders that may not be written."""
+
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
 
 
@@ -47,21 +51,27 @@ def _options(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit with its code; a request to end the process keeps what Ctrl-C keeps."""
-    for name in ("SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, signal.default_int_handler)
-    sys.exit(run(arguments))
+    try:
+        for name in ("SIGTERM", "SIGHUP"):
+            number = getattr(signal, name, None)
+            if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+                signal.signal(number, signal.default_int_handler)
+        code = run(arguments)
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # from here on an interrupt ends the process without a traceback
+    except KeyboardInterrupt:
+        code = _say("interrupted", 130)
+    sys.exit(code)
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code instead of leaving the process."""
-    command = typer.main.get_command(app)
     given = list(sys.argv[1:] if arguments is None else arguments) or ["--help"]
     try:
+        command = typer.main.get_command(app)
         # not command.main(), which turns Ctrl-C into a code without the words that came with it
         with command.make_context("tsm-fmu", given) as context:
             command.invoke(context)
+        sys.stdout.flush()
     except InputError as wrong:
         return _say(str(wrong), 2)
     except KeyboardInterrupt as stopped:
@@ -69,7 +79,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except typer.Exit as done:
         return done.exit_code
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return 0
     except SystemExit as left:  # how rich leaves when the reader of the pipe has gone
         if isinstance(left.__context__, BrokenPipeError):
@@ -80,6 +90,11 @@ def run(arguments: Sequence[str] | None = None) -> int:
         if parser_message is not None:
             wrong = parser_message().rstrip(".")
             return _say(_wrong_value(failure) or f"{wrong} -- expected what the help lists -- see {_help(failure)}", 2)
+        if isinstance(failure, OSError) and failure.errno in _NO_ROOM_OR_RIGHTS:
+            if failure.filename is None:
+                _drop_output()
+            where = failure.filename or "output"
+            return _say(f"{where}: {failure.strerror} -- expected room and rights to write -- make room or move", 2)
         traceback.print_exc()
         return _say(f"internal error: {failure!r} -- a defect of ours, please report it with the lines above", 1)
     return 0
@@ -126,6 +141,11 @@ def number_settings(pairs: Mapping[str, str], option: str = "--set") -> dict[str
         if not math.isfinite(found[name]):
             raise InputError(f"{option} {name}={text} -- expected a finite number -- for example {name}=0.5")
     return found
+
+
+def _drop_output() -> None:
+    """What is still to be printed goes nowhere: who read it has gone, or there is no room for it."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _wrong_value(failure: Exception) -> str:

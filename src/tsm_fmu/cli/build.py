@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from ..kernels.kernel import kernel
+from ..logs.whole_file import check_folder
 from ..models import MODELS
 from ..models.contract import InputError
 from .app import AsJson, app, print_json
@@ -62,8 +63,7 @@ def build(
 
     wanted = flavours(flavour, fmi)
     kernels = [kernel(name) for name in names or [module.NAME for module in MODELS]]
-    if out.exists() and not out.is_dir():
-        raise InputError(f"--out {out} is a file -- expected a folder -- choose another")
+    check_folder(out)
     built: dict[str, list[str]] = {}
     for k in kernels:
         for one in wanted:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from ..logs.whole_file import write_whole
 from ..models.contract import InputError
 from .app import AsJson, app, print_json
 from .runs import Cutoff, Map, Run, Scale, Start, Stop, read_runs
@@ -57,7 +58,4 @@ def _propose(runs: list[Path], model: str, out: Path | None) -> None:
         return
     if out.exists():
         raise InputError(f"--out {out} exists -- expected a new file -- remove it or choose another name")
-    try:
-        out.write_text(text, encoding="utf-8")
-    except (OSError, ValueError) as failure:
-        raise InputError(f"--out {out}: {failure} -- expected a writable place -- choose another") from None
+    write_whole(out, text)

@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..logs.whole_file import nearest_folder
 from ..models.contract import InputError
 
 __all__ = ["check_output_file"]
@@ -43,7 +44,6 @@ def check_output_file(
     folder = out.parent
     if not make_folder and not folder.is_dir():
         raise InputError(f"{option} {out} -- expected a folder that exists -- create {folder} first")
-    while not folder.exists():
-        folder = folder.parent
+    folder = nearest_folder(folder)
     if not (folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)):
         raise InputError(f"{option} {out}: {folder} is no writable folder -- expected one -- choose another place")

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from ..logs.whole_file import check_folder
 from .app import AsJson, app, print_json
 
 
@@ -30,19 +31,24 @@ def reproduce(
     as_json: AsJson = False,
 ) -> None:
     """Every figure and number of the five papers: as printed, ours, verdict, why."""
+    from ..reproduction import ReproductionInterrupted, write_reproduction
     from ..reproduction import reproduce as compute
-    from ..reproduction import write_reproduction
     from ..reproduction.write import as_json as described
-    from ..reproduction.write import make_folder
 
-    make_folder(out)
+    check_folder(out)
     console = Console(stderr=True)
 
     def progress(what: str) -> None:
         if console.is_terminal:
             console.print(f"computing {escape(what)}")
 
-    done = compute(paper, quick=quick, progress=progress)
+    try:
+        done = compute(paper, quick=quick, progress=progress)
+    except ReproductionInterrupted as stopped:
+        if not stopped.done.results:
+            raise
+        page = write_reproduction(out, stopped.done, complete=False)["report"]
+        raise KeyboardInterrupt(f"interrupted; {', '.join(stopped.done.results)} kept in {page}") from None
     paths = write_reproduction(out, done)
     if as_json:
         print_json({**described(done), **{kind: str(path) for kind, path in paths.items()}})

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from ..logs.whole_file import check_folder
 from .app import AsJson, app, print_json
 from .runs import Cutoff, Map, Run, Scale, Start, Stop, read_runs
 from .status import status
@@ -29,7 +30,6 @@ def track(
     as_json: AsJson = False,
 ) -> None:
     """Follow a model's parameters over runs in time order: which drift or jump."""
-    from ..verbs.track import check_folder
     from ..verbs.track import track as follow
 
     check_folder(out)

@@ -17,6 +17,7 @@ from .. import __version__
 from ..batching.kept import digest_of
 from ..logs.plain_json import finite
 from ..logs.table import write_table
+from ..logs.whole_file import remove_earlier, write_whole
 from ..models.contract import InputError
 from .cases import Quantities, flat, run_cases, statistics, with_values
 from .metric import Metric
@@ -259,9 +260,10 @@ def write_sweep(
     columns += [np.array([p.metrics[name].value if name in p.metrics else np.nan for p in points]) for name in found]
     columns.append(np.array([p.failed for p in points]))
     data = as_json(name, axes, points, complete, out / f"{stem}.csv")
+    remove_earlier(out, [f"{stem}.{ending}" for ending in (*TABLES, "json")] + ["report.html"])
     for ending in TABLES:
         write_table(out / f"{stem}.{ending}", header, columns)
-    (out / f"{stem}.json").write_text(json.dumps(finite(data), indent=2) + "\n", encoding="utf-8")
+    write_whole(out / f"{stem}.json", json.dumps(finite(data), indent=2) + "\n")
     for ending in (*TABLES, "json") if complete else ():
         (out / f"{kind}.incomplete.{ending}").unlink(missing_ok=True)
     return data

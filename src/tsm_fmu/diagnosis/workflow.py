@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..card import RecordUsed
+from ..card import ModelCard, RecordUsed
 from ..effects import EFFECTS, id_of
 from ..kernels.kernel import Kernel
 from ..logs.record import Record
@@ -67,6 +67,22 @@ class Investigation:
         return {"given": before.given, "refitted": before.refitted.fitted, "final": self.verdict.final}
 
 
+class SearchInterrupted(KeyboardInterrupt):
+    """Ctrl-C during the search; `refitted` is the fit of the model itself."""
+
+    def __init__(self, refitted: Fitted) -> None:
+        super().__init__("interrupted")
+        self.refitted = refitted
+
+
+class DiagnosisInterrupted(KeyboardInterrupt):
+    """Ctrl-C during the search; `card` is the model itself, refitted."""
+
+    def __init__(self, card: ModelCard) -> None:
+        super().__init__("interrupted")
+        self.card = card
+
+
 def diagnose(
     model: Kernel, measured: Sequence[Record], *, values: Mapping[str, float] | None = None, preset: str | None = None,
     fixed: Sequence[str] = (), reference: Sequence[Record] = (), holdout: Sequence[Record] = (),
@@ -104,6 +120,8 @@ def diagnose(
     ------
     InputError
         Runs that do not fit the model, values from which it cannot run, a held-out run that is too short.
+    DiagnosisInterrupted
+        Ctrl-C after the model was refitted.
     """
     runs = prepared(model, measured, reference, holdout, cutoff, drive)
     progress("gate")
@@ -112,9 +130,12 @@ def diagnose(
     records = {f"{role} {r.name}": r.sha256 for role, group in roles.items() for r in group}
     if checked.refused:
         return _refused(runs, checked, records, preset, seed)
-    found = investigate(runs, task_of(runs, values or {}, preset, fixed), progress)
     used = [RecordUsed(r.name, r.sha256) for r in measured if r.sha256]
     used += [RecordUsed(r.name, r.sha256, "holdout") for r in holdout if r.sha256]
+    try:
+        found = investigate(runs, task_of(runs, values or {}, preset, fixed), progress)
+    except SearchInterrupted as stopped:
+        raise DiagnosisInterrupted(card_of(stopped.refitted, tuple(used), preset or "", seed)) from None
     progress("locate")
     return _described(found, checked, measured, tuple(used), records, preset or "", seed)
 
@@ -138,14 +159,22 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
     runs : PreparedRuns
     task : Task
     progress : callable
+
+    Raises
+    ------
+    SearchInterrupted
+        Ctrl-C after the baselines were fitted.
     """
     holdout, references = thinned_for_search(runs.model, runs.holdout), thinned_for_search(runs.model, runs.reference)
     fitted = baselines(task, runs.effects, runs.measured, references, holdout, progress)
-    hypotheses = Search(runs.model, fitted, holdout, progress).hypotheses()
-    result = select(hypotheses, fitted, holdout, progress)
-    hidden, inapplicable = _not_excited(runs, result)
-    tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]
-    verdict = verdict_of(result.baselines, result.choice, result.floors, tested, hidden, holdout, progress)
+    try:
+        hypotheses = Search(runs.model, fitted, holdout, progress).hypotheses()
+        result = select(hypotheses, fitted, holdout, progress)
+        hidden, inapplicable = _not_excited(runs, result)
+        tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]
+        verdict = verdict_of(result.baselines, result.choice, result.floors, tested, hidden, holdout, progress)
+    except KeyboardInterrupt:
+        raise SearchInterrupted(fitted.refitted.fitted) from None
     answered = {*map(id_of, verdict.effects), *verdict.equivalent}
     return Investigation(runs, result, verdict, tuple(e for e in hidden if e not in answered), inapplicable)
 

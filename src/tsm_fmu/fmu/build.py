@@ -22,6 +22,7 @@ from pythonfmu import __version__ as pythonfmu_version
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from ..kernels.kernel import Kernel
+from ..logs.whole_file import write_whole
 from ..models.contract import InputError
 from . import slave
 from .accompanying import documentation, icon, licence, source_of
@@ -104,14 +105,7 @@ def build_fmu(
         data = packed(native_files(kernel, name, params, starts, fmi, platforms))
     else:
         data = packed(named(_content(kernel, name, params, starts)))
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(data)
-    except OSError as failure:
-        raise InputError(
-            f"FMU {target} cannot be written ({failure.strerror}) -- expected a writable folder -- choose another"
-        ) from failure
-    return target
+    return write_whole(target, data)
 
 
 def script_text(module_name: str, name: str, build_attributes: str) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 from ..kernels.kernel import Kernel
 from ..logs.record import Record, read_record
 from ..logs.table import read_table
+from ..logs.whole_file import write_whole
 from ..models import MODELS
 from ..models.contract import InputError
 from ..verbs.check import check, propose
@@ -37,8 +38,7 @@ class Session:
         if plain in ("", ".", "..", "log.toml", *self.logs) or "\0" in plain:
             raise InputError(f"log {plain!r} -- expected a new name for each log -- rename the file")
         path = self.folder / "logs" / plain
-        path.parent.mkdir(exist_ok=True)
-        path.write_bytes(data)
+        write_whole(path, data)
         try:
             columns = read_table(path).columns
         except InputError as wrong:

@@ -5,12 +5,10 @@ Row numbers in messages are those of an editor or spreadsheet: a plain log has i
 
 from __future__ import annotations
 
-import contextlib
 import csv
 import gzip
 import hashlib
 import io
-import os
 import stat
 import zlib
 from collections.abc import Sequence
@@ -29,6 +27,7 @@ from .formats import READERS
 from .header import name_and_unit
 from .raw import RawTable
 from .text import read_text
+from .whole_file import write_whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -205,15 +204,7 @@ def write_table(path: Path, header: Sequence[str], columns: Sequence[NDArray[Any
         pacsv.write_csv(table, text, pacsv.WriteOptions(include_header=False))
     # mtime=0: equal samples give equal bytes, hence equal sha256
     content = gzip.compress(text.getvalue(), mtime=0) if form == ".csv.gz" else text.getvalue()
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_bytes(content)
-        partial.replace(path)
-    except OSError as failure:
-        with contextlib.suppress(OSError):
-            partial.unlink()
-        raise InputError(f"{path}: {failure.strerror} -- expected a writable place -- choose another") from failure
+    write_whole(path, content)
 
 
 def _bytes(path: Path) -> bytes:

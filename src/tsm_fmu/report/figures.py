@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..logs.display import display
+from ..logs.whole_file import write_whole
 from .embed import Plot, single_page
 from .panel import Band, Cells, Line, Panel, Span, Steps
 
@@ -53,8 +54,7 @@ class Figure:
 
     def write(self, path: str | os.PathLike[str]) -> Path:
         """Write a page that needs no network and return its path."""
-        Path(path).write_text(self.page(), encoding="utf-8")
-        return Path(path)
+        return write_whole(path, self.page())
 
     def _repr_html_(self) -> str:
         height = 110 + sum(panel.height for panel in self.panels)

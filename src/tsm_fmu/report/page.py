@@ -9,7 +9,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from ..models.contract import InputError
+from ..logs.whole_file import write_whole
 from .embed import Plots, rendered
 from .figures import Figure
 
@@ -82,14 +82,7 @@ def write_report(
         provenance=dict(provenance or {}),
         scripts=plots.scripts(),
     )
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(page, encoding="utf-8")
-    except OSError as failure:
-        raise InputError(
-            f"report {path} -- could not be written ({failure.strerror}) -- choose another --out"
-        ) from None
-    return path
+    return write_whole(path, page)
 
 
 def format_number(value: Any) -> str:

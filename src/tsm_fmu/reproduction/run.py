@@ -38,6 +38,14 @@ class Reproduction:
         return sum(c.method is Method.CO_SIMULATION for c in self.claims)
 
 
+class ReproductionInterrupted(KeyboardInterrupt):
+    """Ctrl-C during a reproduction; `done` holds the papers that were finished."""
+
+    def __init__(self, done: Reproduction) -> None:
+        super().__init__("interrupted")
+        self.done = done
+
+
 def reproduce(
     papers: Sequence[str] = (), *, quick: bool = False, progress: Callable[[str], None] = lambda _: None
 ) -> Reproduction:
@@ -56,6 +64,8 @@ def reproduce(
     ------
     InputError
         For a paper that is not one of the five.
+    ReproductionInterrupted
+        Ctrl-C.
     """
     for paper in papers:
         if paper not in PAPERS:
@@ -66,5 +76,8 @@ def reproduce(
         if papers and paper not in papers:
             continue
         progress(PAPERS[paper])
-        results[paper] = import_module(f".{paper}.paper", __package__).result(quick)
+        try:
+            results[paper] = import_module(f".{paper}.paper", __package__).result(quick)
+        except KeyboardInterrupt:
+            raise ReproductionInterrupted(Reproduction(results, quick, time.perf_counter() - begin)) from None
     return Reproduction(results, quick, time.perf_counter() - begin)

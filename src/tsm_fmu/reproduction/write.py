@@ -5,13 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from .. import __version__
-from ..models.contract import InputError
+from ..logs.whole_file import remove_earlier, write_whole
 from .claims import Claim
 from .page import page_html
 from .published import ITEMS
@@ -60,8 +58,11 @@ def as_json(done: Reproduction) -> dict[str, Any]:
     }
 
 
-def write_reproduction(out: Path, done: Reproduction) -> dict[str, Path]:
+def write_reproduction(out: Path, done: Reproduction, *, complete: bool = True) -> dict[str, Path]:
     """Write ``report.html``, ``claims.csv`` and ``claims.json`` into a folder; return their paths by kind.
+
+    Of a reproduction that was interrupted the names are ``report.incomplete.html`` and so on; a complete one removes
+    those.
 
     Raises
     ------
@@ -73,36 +74,16 @@ def write_reproduction(out: Path, done: Reproduction) -> dict[str, Path]:
     table.writerow(COLUMNS)
     for claim in done.claims:
         table.writerow(row(claim).values())
-    paths = {"report": out / "report.html", "csv": out / "claims.csv", "json": out / "claims.json"}
+    mark = "" if complete else ".incomplete"
+    names = {"report": ("report", "html"), "csv": ("claims", "csv"), "json": ("claims", "json")}
+    paths = {kind: out / f"{stem}{mark}.{ending}" for kind, (stem, ending) in names.items()}
     contents = {
         "report": page_html(done),
         "csv": text.getvalue(),
         "json": json.dumps(as_json(done), indent=2) + "\n",
     }
-    with _naming(out):
-        out.mkdir(parents=True, exist_ok=True)
-        for kind, path in paths.items():
-            path.write_text(contents[kind], encoding="utf-8")
+    earlier = [f"{stem}{m}.{ending}" for stem, ending in names.values() for m in {mark, ".incomplete"}]
+    remove_earlier(out, earlier)
+    for kind, path in paths.items():
+        write_whole(path, contents[kind])
     return paths
-
-
-def make_folder(out: Path) -> None:
-    """Make the folder before the work begins.
-
-    Raises
-    ------
-    InputError
-        If it is a file or cannot be made.
-    """
-    if out.exists() and not out.is_dir():
-        raise InputError(f"--out {out} is a file -- expected a folder -- choose another")
-    with _naming(out):
-        out.mkdir(parents=True, exist_ok=True)
-
-
-@contextmanager
-def _naming(out: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as failure:
-        raise InputError(f"--out {out} -- could not be written ({failure.strerror}) -- choose another folder") from None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,8 +93,8 @@ def followed(
     fields: Collection[str],
     reported: Collection[str],
     progress: Callable[[str], None] | None = None,
-) -> list[TrackedRun]:
-    """Fit each run on its own.
+) -> Iterator[TrackedRun]:
+    """Fit each run on its own, one after the other.
 
     Parameters
     ----------
@@ -110,15 +110,13 @@ def followed(
     progress : callable, optional
         Told the run that is being fitted.
     """
-    found = []
     for number, run in enumerate(runs, 1):
         if progress:
             progress(f"run {number} of {len(runs)}, {run.name}")
         one = _fitted(kernel, run, channels, space, fields)
         values = {v.name: _value(one, v.field) for v in kernel.parameters if v.field in reported}
         rmse = {channel: score.rmse for channel, score in one.measured.items()}
-        found.append(TrackedRun(run.name, values, _errors_of_card(kernel, run, channels, space), rmse))
-    return found
+        yield TrackedRun(run.name, values, _errors_of_card(kernel, run, channels, space), rmse)
 
 
 def _fitted(kernel: Kernel, run: FitRun, channels: Sequence[str], space: SearchSpace, fields: Collection[str]) -> Fit:

@@ -25,8 +25,8 @@ from ..identification.fit import Fit, fit
 from ..identification.result import model_card
 from ..kernels.kernel import Kernel, kernel
 from ..logs.record import Record
+from ..logs.whole_file import check_folder
 from ..models import MODELS
-from ..models.contract import InputError
 from ..regression.specification import fit_run, per_run_fields, search_space
 from ..report import Line, Section, Table, loop_figure, time_figure, write_report
 from ..scenarios import mssp_feedforward
@@ -56,10 +56,7 @@ def run_demo(out: Path, progress: Callable[[str], None] = lambda _: None) -> Pat
     InputError
         If the folder cannot be written.
     """
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as failure:
-        raise InputError(f"--out {out} -- expected a folder ({failure.strerror}) -- choose another") from None
+    check_folder(out)
     progress(f"building {len(MODELS)} FMUs")
     fmus = {m.NAME: build_fmu(Kernel(m), out / "fmus") for m in MODELS}
     progress("co-simulating the loop of MSSP 2015 with and without compensation")

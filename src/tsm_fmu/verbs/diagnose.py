@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
+from ..card import write_card
 from ..diagnosis.report.write import write_diagnosis
 from ..diagnosis.result import Diagnosis
+from ..diagnosis.workflow import DiagnosisInterrupted
 from ..diagnosis.workflow import diagnose as find
 from ..logs.record import cutoff_note
-from ..models.contract import InputError
+from ..logs.whole_file import check_folder
 from .models import ModelLike, resolve_model
 from .runs import RunLike, grouped
 
@@ -66,17 +67,24 @@ def diagnose(
         Unknown names, values out of bounds, runs that cannot be read or do not fit the model.
     """
     resolved = resolve_model(model)
-    folder = None if out is None else Path(out)
-    if folder is not None and folder.exists() and not folder.is_dir():
-        raise InputError(f"--out {folder} -- expected a folder, this is a file -- choose another name")
+    folder = None if out is None else check_folder(out)
     start = {**resolved.values, **(values or {})}
     resolved.kernel.params(resolved.preset or None, start)
     measured, references, held_out = grouped(runs, reference, holdout)
     records = [*measured, *references, *held_out]
-    found = find(
-        resolved.kernel, measured, values=start, preset=resolved.preset or None, fixed=resolved.fixed,
-        reference=references, holdout=held_out, cutoff=cutoff, seed=seed, drive=drive, progress=progress,
-    )  # fmt: skip
+    try:
+        found = find(
+            resolved.kernel, measured, values=start, preset=resolved.preset or None, fixed=resolved.fixed,
+            reference=references, holdout=held_out, cutoff=cutoff, seed=seed, drive=drive, progress=progress,
+        )  # fmt: skip
+    except DiagnosisInterrupted as stopped:
+        if folder is None:
+            raise
+        kept = folder / "card.incomplete.toml"
+        write_card(kept, stopped.card)
+        raise KeyboardInterrupt(
+            f"interrupted before an answer; {resolved.kernel.name} as refitted is kept in {kept}"
+        ) from None
     unused = cutoff_note(cutoff, records, [v.name for v in resolved.kernel.inputs])
     found = replace(found, notes=(*found.notes, *(note.rstrip(".") for note in unused)))
     if folder is not None:

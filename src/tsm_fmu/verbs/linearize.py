@@ -18,6 +18,7 @@ from ..cosim.linearize import Linear, Margins, margins
 from ..cosim.linearize import linearize as linearize_case
 from ..cosim.ssp import Case
 from ..cosim.system import Component, Experiment, System
+from ..logs.whole_file import check_folder
 from ..models.contract import InputError
 from ..report import Line, Section, Table, write_report
 from ..report.figures import Figure
@@ -232,7 +233,7 @@ def linearize(
     InputError
         No such scenario, file, case or port, or a response that tells nothing.
     """
-    folder = None if out is None else Path(out)
+    folder = None if out is None else check_folder(out)
     settings = Settings(values or {}, case, None, step, jacobi, loops, isolate, time_limit)
     with _system(what, folder, settings) as (name, one, module, go):
         usual = getattr(module, "DESIGNED", (None, None))
@@ -250,7 +251,6 @@ def linearize(
     result = LinearizeResult(name, source, target, linear, design)
     if folder is None:
         return result
-    folder.mkdir(parents=True, exist_ok=True)
     return LinearizeResult(name, source, target, linear, design, result.write(folder))
 
 

@@ -17,6 +17,7 @@ from ..cosim.system_report import coupling_section, write_system_report
 from ..cosim.trajectory import SimulationInterrupted, SimulationStopped, Trajectory, write_trajectory
 from ..logs.display import display
 from ..logs.plain_json import finite
+from ..logs.whole_file import check_folder, remove_earlier
 from ..models.contract import InputError
 from ..report.text import preformatted, text_table
 from . import TIME_LIMIT
@@ -186,7 +187,7 @@ def run(
     SimulationStopped, SimulationInterrupted
         With the rows until then, kept in ``out`` if that is given.
     """
-    folder = None if out is None else Path(out)
+    folder = None if out is None else check_folder(out)
     settings = Settings(values or {}, case, stop, step, jacobi, loops, isolate, time_limit, step_error)
     with opened(what, folder, settings) as system:
         record = recorded_too(system.cases.values(), system.record)
@@ -218,6 +219,7 @@ def _order(system: Opened, whole: Mapping[str, Trajectory], folder: Path | None)
 def _written(result: RunResult, system: Opened, folder: Path) -> RunResult:
     rows = min(run.time.size for run in result.cases.values())
     decimation = max(1, rows // DECIMATED_ROWS) if len(result.cases) > 1 else 1
+    remove_earlier(folder, ("results.csv", "report.html"))
     results = write_trajectory(folder / "results.csv", joined(result.cases, decimation))
     for name, case in system.cases.items():
         single = len(system.cases) == 1

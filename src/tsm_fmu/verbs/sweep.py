@@ -14,6 +14,7 @@ from .. import __version__
 from ..cosim import sweep as sweeping
 from ..cosim.sweep import Axis, Point
 from ..cosim.sweep_report import chief_numbers, sweep_answer, sweep_section
+from ..logs.whole_file import check_folder
 from ..models.contract import InputError
 from ..report import write_report
 from ..report.text import text_table
@@ -166,7 +167,7 @@ def sweep(
     InputError
         As in `run`; an axis that no system has, or a card that does not fit; all points failed.
     """
-    folder = None if out is None else Path(out)
+    folder = None if out is None else check_folder(out)
     how = How(workers, scheduler, isolate, time_limit, progress, notes)
     settings = {name: str(value) for name, value in (values or {}).items()}
     with ExitStack() as stack:

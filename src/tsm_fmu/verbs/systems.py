@@ -108,8 +108,6 @@ def opened(what: str | os.PathLike[str], out: Path | None, settings: Settings) -
         FMUs are built.
     """
     what = os.fspath(what)
-    if out is not None and out.exists() and not out.is_dir():
-        raise InputError(f"--out {out} is a file -- expected a folder -- choose another")
     scenario = SCENARIOS.get(what)
     with ExitStack() as stack:
         if scenario is not None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ..logs.display import display
 from ..logs.plain_json import finite
 from ..logs.record import cutoff_note
+from ..logs.whole_file import check_folder, remove_earlier, write_whole
 from ..models.contract import InputError
 from ..regression.specification import fit_run, measured_channels, per_run_fields, search_space
 from ..report.text import text_table
@@ -143,15 +144,9 @@ class TrackResult:
         from ..tracking.page import write_life
 
         place = Path(folder)
-        check_folder(place)
-        try:
-            place.mkdir(parents=True, exist_ok=True)
-            (place / "track.json").write_text(json.dumps(self.as_json(), indent=2) + "\n", encoding="utf-8")
-            self.to_frame().to_csv(place / "track.csv", index=False)
-        except OSError as failure:
-            raise InputError(
-                f"--out {place} -- expected a folder that can be written ({failure.strerror}) -- choose another"
-            ) from failure
+        remove_earlier(place, ("track.json", "track.csv", "track.incomplete.csv", "report.html"))
+        write_whole(place / "track.json", json.dumps(self.as_json(), indent=2) + "\n")
+        write_whole(place / "track.csv", self.to_frame().to_csv(index=False))
         sources = {f"run {k}, {name}": f"SHA-256 {sha}" for k, (name, sha) in enumerate(self.sources.items(), 1) if sha}
         title = f"{self.model} over {len(self.runs)} runs"
         write_life(place / "report.html", title, self.series, self.runs, self.answer, sources)
@@ -159,12 +154,6 @@ class TrackResult:
 
     def _repr_html_(self) -> str:
         return f"<p>{self.answer}</p>{self.figure()._repr_html_()}"
-
-
-def check_folder(folder: Path) -> None:
-    """Refuse a folder of results that is a file."""
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"--out {folder} -- expected a folder, this is a file -- choose another")
 
 
 def track(
@@ -212,7 +201,7 @@ def track(
             "-- write one with 'tsm-fmu identify'"
         )
     if out is not None:
-        check_folder(Path(out))
+        check_folder(out)
     kernel = resolved.kernel
     per_run = per_run_fields(kernel)
     followed_names = _followed(resolved, free, per_run)
@@ -224,18 +213,31 @@ def track(
     space = search_space(kernel, resolved.preset or None, card=released, per_run=per_run)
     fields = tuple(followed_names) if free else followed_fields(kernel, fit_runs, channels, space, followed_names)
     offsets = [v.field for v in kernel.parameters if v.name in kernel.roles.offsets and space[v.field].free]
-    found = followed(kernel, fit_runs, channels, space, fields, [*fields, *offsets], progress)
     tracked = tuple(v.name for v in kernel.parameters if v.field in fields)
     units = {v.name: v.quantity.unit for v in kernel.outputs if v.name in channels}
     notes = dict.fromkeys(note for run in fit_runs for note in run.derived)
-    result = TrackResult(
-        "+".join((kernel.name, *resolved.effects)),
-        tracked,
-        tuple(found),
-        series_of(kernel, resolved.effects, tracked, found, units),
-        {record.name: record.sha256 for record in records},
-        (*notes, *cutoff_note(cutoff, records, [v.name for v in kernel.inputs])),
-    )
+
+    def result_of(found: Sequence[TrackedRun]) -> TrackResult:
+        return TrackResult(
+            "+".join((kernel.name, *resolved.effects)),
+            tracked,
+            tuple(found),
+            series_of(kernel, resolved.effects, tracked, found, units),
+            {record.name: record.sha256 for record in records[: len(found)]},
+            (*notes, *cutoff_note(cutoff, records, [v.name for v in kernel.inputs])),
+        )
+
+    found: list[TrackedRun] = []
+    try:
+        for one in followed(kernel, fit_runs, channels, space, fields, [*fields, *offsets], progress):
+            found.append(one)
+    except KeyboardInterrupt:
+        if out is None or not found:
+            raise
+        kept = Path(out) / "track.incomplete.csv"
+        write_whole(kept, result_of(found).to_frame().to_csv(index=False))
+        raise KeyboardInterrupt(f"interrupted; {len(found)} of {len(records)} runs kept in {kept}") from None
+    result = result_of(found)
     if out is not None:
         result.write(out)
     return result

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 import zipfile
 from collections.abc import Mapping
@@ -12,6 +13,7 @@ from typing import Any
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]
 
 from ...logs.units import unit_to_si
+from ...logs.whole_file import write_whole
 from ...models.contract import InputError
 from ..description import Description, describe
 from ..start_values import start_values
@@ -46,17 +48,17 @@ def write_ssp(path: Path, case: Case) -> Path:
                 f"component name {component.name!r} -- expected an identifier, which other tools read -- rename it"
             )
     resources = _resources(system)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-            _add(archive, "SystemStructure.ssd", _ssd(system, experiment, resources))
-            for fmu, member in resources.items():
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
+        _add(archive, "SystemStructure.ssd", _ssd(system, experiment, resources))
+        for fmu, member in resources.items():
+            try:
                 _add(archive, member, fmu.read_bytes())
-    except OSError as failure:
-        raise InputError(
-            f"{path} -- expected a file that can be written ({failure.strerror}) -- choose another place"
-        ) from failure
-    return path
+            except OSError as failure:
+                raise InputError(
+                    f"FMU {fmu} -- expected a file that can be read ({failure.strerror}) -- build it again"
+                ) from failure
+    return write_whole(path, content.getvalue())
 
 
 def _resources(system: System) -> dict[Path, str]:

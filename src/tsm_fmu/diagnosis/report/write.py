@@ -11,7 +11,7 @@ from typing import Any
 from ...card import write_card
 from ...logs.plain_json import finite
 from ...logs.record import write_record
-from ...models.contract import InputError
+from ...logs.whole_file import remove_earlier, write_whole
 from ..evidence import Candidate
 from ..result import Diagnosis
 from .export import export_answer
@@ -32,10 +32,7 @@ def write_diagnosis(out: Path, found: Diagnosis) -> dict[str, Any]:
     InputError
         The folder cannot be written.
     """
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as failure:
-        raise InputError(f"--out {out} -- expected a folder ({failure.strerror}) -- choose another") from failure
+    remove_earlier(out, ("diagnosis.json", "card.toml", "card.incomplete.toml", "next_experiment.csv", "report.html"))
     card = fmu = experiment = None
     if found.model is not None:
         card = out / "card.toml"
@@ -48,7 +45,7 @@ def write_diagnosis(out: Path, found: Diagnosis) -> dict[str, Any]:
     report = write_diagnosis_report(out / "report.html", found)
     paths = {"card": card, "fmu": fmu, "report": report, "next_experiment": experiment}
     data = as_json(found, {name: str(path) if path else None for name, path in paths.items()})
-    (out / "diagnosis.json").write_text(json.dumps(finite(data), indent=2) + "\n", encoding="utf-8")
+    write_whole(out / "diagnosis.json", json.dumps(finite(data), indent=2) + "\n")
     return data
 
 
