@@ -95,3 +95,23 @@ def test_a_wrong_table_is_one_line(tmp_path, text, message):
         tsm.batch("identify", "TendonDrive", tmp_path / "rigs.csv", out=tmp_path / "out")
     assert message in str(wrong.value)
     assert not (tmp_path / "out").exists()
+
+
+def test_diagnose_and_track_give_of_a_rig_what_they_give_alone(tmp_path):
+    one = tsm.sample("sine")
+    days = [tmp_path / f"day{number}.csv" for number in range(5)]
+    for number, day in enumerate(days):
+        columns = {name: values[number::40] for name, values in one.columns.items()}
+        time = one.time[number::40]
+        write_record(day, time - time[0], columns, one.units)
+    card = tmp_path / "card.toml"
+    tsm.identify("PairedTsmBacklash", days[0], single_start=True).write_card(card)
+    table = tmp_path / "rigs.csv"
+    table.write_text(f"rig,measured\nown,{';'.join(day.name for day in days)}\n", encoding="utf-8")
+    tracked = tsm.batch("track", card, table=table, out=tmp_path / "tracked", workers=1).rigs[0].values
+    alone = tsm.track(card, days)
+    assert tracked == {"runs": 5.0, "moving": ", ".join(alone.moving), "answer": alone.answer}
+    diagnosed = tsm.batch("diagnose", card, table=table, out=tmp_path / "diagnosed", workers=1).rigs[0].values
+    found = tsm.diagnose(card, days)
+    assert diagnosed == {"verdict": found.verdict, "effects": ", ".join(found.effects), "answer": found.answer}
+    assert (tmp_path / "diagnosed" / "own" / "diagnosis.json").is_file()

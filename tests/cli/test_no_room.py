@@ -26,6 +26,7 @@ WRITING = {
     "report results": "index.html",
     "demo --out new": ".fmu",
     "run theirs.ssp --stop 0.1 --out new": "results.csv",
+    f"batch identify {MODEL} --table rigs.csv --workers 1 --out new": "rigs.points.jsonl",
     "sweep theirs.ssp --stop 0.1 --vary unit.x_0=0.01:0.02:2 --out new": "sweep.points.jsonl",
 }
 
@@ -44,6 +45,7 @@ def lab(tmp_path_factory):
     fmu = tsm.export(found, folder / "unit.fmu", flavour="python")
     case = System((Component("unit", Path(fmu), {}),), (), "theirs"), Experiment(stop=0.1, step=0.01)
     write_ssp(folder / "theirs.ssp", case)
+    (folder / "rigs.csv").write_text("rig,measured\na,log.csv\n")
     (folder / "results").mkdir()
     found.write_card(folder / "results" / "card.toml")
     return folder

@@ -17,6 +17,7 @@ from ..batching.kept import Kept, digest_of
 from ..batching.run import run_batch
 from ..cosim.progress import bar
 from ..logs.table import write_table
+from ..logs.whole_file import check_folder
 from ..models.contract import InputError
 from ..report import Section, Table, write_report
 from ..report.text import text_table
@@ -177,9 +178,8 @@ def batch(
     """
     if verb not in VERBS:
         raise InputError(f"verb {verb!r} -- expected one of {', '.join(VERBS)} -- choose one")
-    folder, rigs = Path(out).resolve(), read_rigs(Path(table), ROLES if verb == "diagnose" else ROLES[:2])
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"--out {out} is a file -- expected a folder -- choose another")
+    folder = check_folder(out).resolve()
+    rigs = read_rigs(Path(table), ROLES if verb == "diagnose" else ROLES[:2])
     place = os.fspath(model)
     work = RigWork(verb, str(Path(place).resolve()) if place.endswith(".toml") else place, folder, options)
     files = [

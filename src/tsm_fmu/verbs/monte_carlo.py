@@ -23,6 +23,7 @@ from ..cosim.sweep_report import SweepTable, sweep_table, worst_tables
 from ..cosim.system import check_system
 from ..cosim.tolerance import Bands, bands, bands_figure, tolerance_answer, tolerance_sections
 from ..logs.table import write_table
+from ..logs.whole_file import check_folder
 from ..models.contract import InputError
 from ..regression.draws import Draws, draw
 from ..report import write_report
@@ -193,7 +194,7 @@ def monte_carlo(
         raise InputError(f"draws {draws} -- expected 2 to {MOST_DRAWS} -- choose another number")
     if not cards:
         raise InputError("no card -- expected one or more -- give COMPONENT=CARD.toml")
-    folder = None if out is None else Path(out)
+    folder = None if out is None else check_folder(out)
     how = How(workers, scheduler, isolate, time_limit, progress, notes)
     settings = {name: str(value) for name, value in (values or {}).items()}
     with ExitStack() as stack:
