@@ -97,6 +97,27 @@ def test_gaps_are_refused_by_row():
         run.inputs_for(kernel("PairedTsmFriction"))
 
 
+def test_gaps_of_a_few_rows_are_bridged_and_said():
+    rng = np.random.default_rng(20261123)
+    keep = np.setdiff1d(
+        np.arange(6001), np.concatenate([k + np.arange(n) for k, n in ((700, 1), (2111, 4), (4500, 10))])
+    )
+    time = keep / 500.0 + rng.uniform(-1e-4, 1e-4, keep.size)
+    x, v, _ = motion(time)
+    found = differentiate(time, x, 1, 20.0)
+    assert found.bridged == 15
+    assert found.values.shape == time.shape
+    assert nrms((found.values - v)[300:-300], v) < 2e-3
+    units = {"x": "rad", "tau_in": "N.m", "tau_load": "N.m"}
+    notes = kernel_inputs(
+        Record("r", time, {"x": x, "tau_in": x, "tau_load": x}, units), kernel("PairedTsmFriction")
+    ).notes
+    assert notes[0].endswith(", over gaps of 15 rows in all that the log lacks")
+    eleven = np.delete(np.arange(6001), slice(700, 711)) / 500.0
+    with pytest.raises(InputError, match=r"interval of 0\.024 s between rows 699 and 700"):
+        differentiate(eleven, np.sin(eleven), 1, 20.0)
+
+
 def test_kernel_inputs_derive_what_is_missing_and_say_so():
     time = np.arange(6001) / 500.0
     x, v, a = motion(time)

@@ -14,7 +14,7 @@ from tsm_fmu import InputError
 from tsm_fmu.reproduction import reproduce, write_reproduction
 from tsm_fmu.reproduction.claims import NOTHING, Method
 from tsm_fmu.reproduction.mmt2015.printed import allowed_mse
-from tsm_fmu.reproduction.page import place, source, tests_of
+from tsm_fmu.reproduction.page import checked_by, place, source
 from tsm_fmu.reproduction.published import ITEMS, PAPERS
 from tsm_fmu.reproduction.verdict import (
     Condition,
@@ -93,7 +93,7 @@ def test_every_row_shows_the_tests_that_name_it(done):
     """Tests of this repository: one for every row, more for the rows that they name."""
     named = 0
     for claim in done.claims:
-        tests = tests_of(claim.key)
+        tests = checked_by(claim.key)
         assert tests[-1]["name"] == "test_every_verdict_follows_from_its_numbers", claim.key
         for test in tests[:-1]:
             assert claim.key in test["text"] or "reading_unique" in claim.key, claim.key

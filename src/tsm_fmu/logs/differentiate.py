@@ -13,6 +13,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..kernels.arrays import FloatArray
 from ..models.contract import InputError
@@ -23,6 +24,8 @@ __all__ = ["Derivative", "default_cutoff", "differentiate", "sample_period"]
 _ORDER = 4
 _SHORTEST = 7
 _LONGEST = 2001  # beyond it the polynomial fit loses digits
+_MOST_LOST = 10
+"""Rows that one gap may lack and still be bridged: a hiccup of the logger, not a pause in which anything may happen."""
 _PRODUCT = {1: 1.248, 2: 1.409}  # cut-off frequency times window length, for long windows
 
 
@@ -38,11 +41,14 @@ class Derivative:
         Frequency [Hz] at which the derivative is 3 dB low.
     window : int
         Samples in the polynomial window.
+    bridged : int
+        Rows that the log lacks, whose positions were interpolated for this.
     """
 
     values: FloatArray
     cutoff: float
     window: int
+    bridged: int = 0
 
 
 def sample_period(time: FloatArray, first_row: int = 0) -> float:
@@ -71,6 +77,22 @@ def sample_period(time: FloatArray, first_row: int = 0) -> float:
             "-- cut the log with --from and --to, or add the measured speed to it"
         )
     return float(time[-1] - time[0]) / (time.size - 1)
+
+
+def _bridged(time: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
+    """Time and signal with the rows of short gaps, interpolated without overshoot, and where the given rows are.
+
+    As they are where a gap is too long, or rows are doubled.
+    """
+    steps = np.diff(time)
+    intervals = np.rint(steps / np.median(steps)).astype(int)
+    if intervals.size == 0 or not 1 <= intervals.min() <= intervals.max() <= _MOST_LOST + 1 or intervals.max() == 1:
+        return time, x, np.arange(time.size)
+    rows = np.concatenate(([0], np.cumsum(intervals)))
+    whole = np.interp(np.arange(rows[-1] + 1), rows, time)
+    from scipy.interpolate import PchipInterpolator
+
+    return whole, np.asarray(PchipInterpolator(time, x)(whole)), rows
 
 
 def default_cutoff(time: FloatArray, x: FloatArray) -> float:
@@ -102,7 +124,7 @@ def differentiate(
     Parameters
     ----------
     time, x : ndarray, shape (n,)
-        Evenly sampled signal.
+        Evenly sampled signal; gaps of a few rows are bridged.
     order : {1, 2}
     cutoff : float, optional
         Frequency [Hz] at which the derivative is 3 dB low; `default_cutoff` without it.
@@ -114,6 +136,7 @@ def differentiate(
     InputError
         If sampling is uneven, or the cut-off is outside what rate and length of the record allow.
     """
+    time, x, rows = _bridged(time, x)
     period = sample_period(time, first_row)
     longest = min(x.size - 1 + x.size % 2, _LONGEST)
     if longest < _SHORTEST:
@@ -131,7 +154,7 @@ def differentiate(
     from scipy.signal import savgol_filter
 
     values: Any = savgol_filter(x, window, _ORDER, deriv=order, delta=period, mode="interp")
-    return Derivative(values, _cutoff(window, period, order), window)
+    return Derivative(values[rows], _cutoff(window, period, order), window, time.size - rows.size)
 
 
 @cache

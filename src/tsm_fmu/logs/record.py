@@ -176,9 +176,10 @@ def kernel_inputs(record: Record, kernel: Kernel, cutoff: float | None = None) -
             )
         derived = differentiate(record.time, record.columns[name], order, cutoff, record.first_row)
         columns.append(derived.values)
+        bridged = f", over gaps of {derived.bridged} rows in all that the log lacks" if derived.bridged else ""
         notes.append(
             f"{variable.name} derived from {name} by a zero-phase Savitzky-Golay differentiator, "
-            f"cut-off {derived.cutoff:.3g} Hz ({derived.window} samples)"
+            f"cut-off {derived.cutoff:.3g} Hz ({derived.window} samples){bridged}"
         )
     return KernelInputs(np.column_stack(columns) if columns else np.empty((record.time.size, 0)), tuple(notes))
 

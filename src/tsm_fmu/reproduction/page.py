@@ -115,7 +115,7 @@ def _row(claim: Claim) -> dict[str, Any]:
         "code": claim.code,
         "source": source(claim.code),
         "place": place(claim.code),
-        "tests": tests_of(claim.key),
+        "tests": checked_by(claim.key),
     }
 
 
@@ -157,7 +157,7 @@ HELD = "tests/reproduction/test_claims.py", "test_every_verdict_follows_from_its
 """The test that every row has."""
 
 
-def tests_of(key: str) -> list[dict[str, str]]:
+def checked_by(key: str) -> list[dict[str, str]]:
     """Tests that a row has: file, name and text of those that name it, then the one of every row.
 
     The text is there if the package runs from its repository, whose tests are not part of an installation.
