@@ -35,6 +35,7 @@ function show(log) {
   role.setAttribute("aria-label", `use of ${log.name}`);
   const rows = make("tbody"), error = make("p", { className: "error" }), found = make("pre"), picture = make("iframe", { title: `channels of ${log.name}` });
   error.setAttribute("role", "alert"); found.tabIndex = 0;
+  let sent = Promise.resolve();  // one mapping after the other: the last one counts, and a job waits for it
   const cells = log.columns.map(column => {
     const name = make("select"), unit = make("input", { size: 8, value: column.unit });
     name.setAttribute("aria-label", `what column ${column.name} is`);
@@ -62,7 +63,8 @@ function show(log) {
       name.value = known.includes(before) ? before : "";
     }
   };
-  async function preview() {
+  function preview() { sent = sent.then(send); }
+  async function send() {
     const mapping = {};
     for (const { column, name, unit } of cells)
       if (name.value || unit.value !== column.unit) mapping[column.name] = (name.value || column.name) + (unit.value ? ` [${unit.value}]` : "");
@@ -74,7 +76,7 @@ function show(log) {
       say(`${log.name}: ${Object.entries(seen.channels).map(([n, u]) => `${n} in ${u}`).join(", ")}`);
     } catch (wrong) { error.textContent = wrong.message; found.textContent = ""; }
   }
-  logs.set(log.name, { role, offer });
+  logs.set(log.name, { role, offer, mapped: () => sent });
   offer();
   pick("logs").append(make("div", { className: "log" }, make("h3", { textContent: log.name }), role, " ", guess,
     make("table", {}, head, rows), error, make("h4", { textContent: "What it shows, and cannot show" }), found, picture));
@@ -90,6 +92,7 @@ pick("files").addEventListener("change", async event => { for (const file of eve
 for (const verb of ["identify", "diagnose"])
   pick(verb).addEventListener("click", async () => {
     const named = use => [...logs].filter(([, log]) => log.role.value === use).map(([name]) => name);
+    await Promise.all([...logs.values()].map(log => log.mapped()));
     try { show_job(await post("jobs", { verb, model: whole(), runs: named("runs"), holdout: named("holdout") })); }
     catch (wrong) { say(wrong.message); }
   });
