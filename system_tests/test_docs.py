@@ -8,16 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.browser import needs_chromium, opened
 from tsm_fmu.effects import EFFECTS
 from tsm_fmu.models import MODELS
 from tsm_fmu.models.contract import variables
 
 ROOT = Path(__file__).parents[1]
-BROWSER = shutil.which("chromium")
-FLAGS = (
-    "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
-    "--disable-component-update --disable-sync --virtual-time-budget=8000"
-).split()
 RESOURCE = re.compile(r"<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)=[\"\']([^\"\']+)")
 
 
@@ -49,26 +45,14 @@ def test_nothing_comes_from_a_network(site):
             assert not re.match(r"(?:https?:)?//", address), (page.name, address)
 
 
-def shown(address, tmp_path, *flags):
-    command = [BROWSER, *FLAGS, f"--user-data-dir={tmp_path / 'profile'}", *flags, "--dump-dom", address]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120).stdout
+@needs_chromium
+def test_the_search_finds_words_of_equations_pages(site):
+    with opened(site / "search.html", query="?q=capstan") as window:
+        window.locator("#search-results a[href*='effects/load_dependence.html']").first.wait_for()
 
 
-@pytest.mark.skipif(BROWSER is None, reason="chromium is not installed (Debian package chromium)")
-def test_the_search_finds_words_of_equations_pages(site, tmp_path):
-    page = shown(f"file://{site}/search.html?q=capstan", tmp_path)
-    assert "effects/load_dependence.html" in page
-
-
-@pytest.mark.skipif(BROWSER is None, reason="chromium is not installed (Debian package chromium)")
+@needs_chromium
 @pytest.mark.parametrize("name", ["index.html", "models/TendonDrive.html", "effects/stribeck.html", "api.html"])
-def test_a_page_fits_a_phone(site, name, tmp_path):
-    frame = tmp_path / "frame.html"
-    frame.write_text(
-        f"""<iframe id=f width=400 height=800 src="file://{site}/{name}"></iframe><p id=w></p><script>
-        f.onload = () => {{ w.textContent = "width " + f.contentDocument.documentElement.scrollWidth }}</script>"""
-    )
-    page = shown(f"file://{frame}", tmp_path, "--allow-file-access-from-files")
-    width = re.search(r"width (\d+)", page.partition('id="w"')[2])
-    assert width is not None
-    assert int(width.group(1)) <= 400
+def test_a_page_fits_a_phone(site, name):
+    with opened(site / name, width=400) as window:
+        assert window.evaluate("document.documentElement.scrollWidth") <= 400

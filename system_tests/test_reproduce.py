@@ -1,18 +1,14 @@
 """``tsm-fmu reproduce`` as a user runs it: one command, files, a browser."""
 
 import json
-import re
-import shutil
 import subprocess
 import sys
 
 import pytest
 
-from tests.browser import assert_readable
+from tests.browser import assert_readable, needs_chromium, opened
 from tsm_fmu.cli.app import run
 from tsm_fmu.reproduction.verdict import Verdict
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
 @pytest.fixture(scope="module")
@@ -75,47 +71,27 @@ def test_bad_input_is_one_line_and_exit_code_2(arguments, message, tmp_path, cap
     assert (tmp_path / "file").read_text() == "kept"
 
 
-@pytest.fixture
-def browser(tmp_path):
-    """``browser(width, *more)``: what headless Chromium prints for the page of that width."""
-
-    def open_(page, width, *more):
-        command = [
-            str(CHROMIUM), "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-            "--disable-background-networking", "--disable-component-update", "--disable-sync",
-            "--host-resolver-rules=MAP * ~NOTFOUND", f"--user-data-dir={tmp_path / 'profile'}",
-            f"--window-size={width},2000", "--virtual-time-budget=8000", "--dump-dom", *more, page.as_uri(),
-        ]  # fmt: skip
-        return subprocess.run(command, capture_output=True, text=True, timeout=120, check=True).stdout
-
-    return open_
-
-
-@pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed (Debian package chromium)")
-def test_a_browser_draws_the_panels_offline_on_a_phone(one_paper, tmp_path):
+@needs_chromium
+def test_a_browser_draws_the_panels_offline_on_a_phone(one_paper):
     _, out = one_paper
-    assert assert_readable(out / "report.html", tmp_path)["frames"] >= 6
+    assert assert_readable(out / "report.html")["frames"] >= 6
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed (Debian package chromium)")
+@needs_chromium
 @pytest.mark.parametrize("width", [1000, 500])
-def test_the_verdict_of_every_row_is_in_view_without_scrolling(one_paper, browser, tmp_path, width):
-    """A script appended to the page measures the badges of the rows, and what the filter leaves."""
+def test_the_verdict_of_every_row_is_in_view_without_scrolling(one_paper, width):
     _, out = one_paper
-    probe = """
-<script>window.addEventListener("load", () => {
-  const badges = [...document.querySelectorAll("tr[data-verdict] .badge")].map(b => b.getBoundingClientRect());
-  document.body.dataset.right = Math.max(...badges.map(b => b.right));
-  document.body.dataset.left = Math.min(...badges.map(b => b.left));
-  document.body.dataset.inner = innerWidth;
-  document.getElementById("by-verdict").value = "internal-error";
-  document.getElementById("by-verdict").dispatchEvent(new Event("change"));
-  const rows = [...document.querySelectorAll("tr[data-verdict]:not(.hidden)")];
-  document.body.dataset.kept = rows.map(r => r.dataset.verdict).join(" ");
-});</script></body>"""
-    page = tmp_path / "probe.html"
-    page.write_text((out / "report.html").read_text(encoding="utf-8").replace("</body>", probe), encoding="utf-8")
-    found = dict(re.findall(r'data-(right|left|inner|kept)="([^"]*)"', browser(page, width)))
-    assert float(found["left"]) >= 0.0
-    assert float(found["right"]) <= float(found["inner"])
-    assert set(found["kept"].split()) == {"internal-error"}
+    with opened(out / "report.html", width=width) as window:
+        left, right = window.evaluate(
+            """() => {
+            const badges = [...document.querySelectorAll("tr[data-verdict] .badge")]
+              .map(b => b.getBoundingClientRect());
+            return [Math.min(...badges.map(b => b.left)), Math.max(...badges.map(b => b.right))];
+            }"""
+        )
+        window.locator("#by-verdict").select_option("internal-error")
+        rows = window.locator("tr[data-verdict]:not(.hidden)")
+        kept = {row.get_attribute("data-verdict") for row in rows.all()}
+    assert left >= 0.0
+    assert right <= width
+    assert kept == {"internal-error"}

@@ -182,7 +182,5 @@ def test_only_effects_without_a_place_lack_a_motion(written: tuple[Path, dict]) 
 
 @needs_chromium
 @pytest.mark.parametrize("dark", [False, True])
-def test_a_phone_shows_every_figure_and_scrolls_nothing_sideways(
-    written: tuple[Path, dict], tmp_path: Path, dark: bool
-) -> None:
-    assert assert_readable(written[0], tmp_path, dark=dark)["frames"] >= 5
+def test_a_phone_shows_every_figure_and_scrolls_nothing_sideways(written: tuple[Path, dict], dark: bool) -> None:
+    assert assert_readable(written[0], dark=dark)["frames"] >= 5

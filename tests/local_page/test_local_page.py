@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import tsm_fmu as tsm
-from tests.browser import CHROMIUM, needs_chromium
+from tests.browser import launched, needs_chromium
 from tsm_fmu.cli.app import run
 from tsm_fmu.local_page.session import Session
 
@@ -94,11 +94,8 @@ def test_a_taken_port_and_a_missing_extra_are_one_line(capsys, monkeypatch):
 
 @pytest.fixture(scope="module")
 def browser():
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    with playwright.sync_playwright() as p:
-        chromium = p.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-quic"])
+    with launched() as chromium:
         yield chromium
-        chromium.close()
 
 
 @needs_chromium

@@ -122,6 +122,6 @@ def test_what_is_drawn_is_what_was_given_to_a_pixel(tmp_path, offset):
 
 @needs_chromium
 @pytest.mark.parametrize("dark", [False, True])
-def test_a_browser_draws_every_figure_offline_on_a_phone_and_in_the_dark(page, tmp_path, dark):
-    seen = assert_readable(page, tmp_path, dark=dark)
+def test_a_browser_draws_every_figure_offline_on_a_phone_and_in_the_dark(page, dark):
+    seen = assert_readable(page, dark=dark)
     assert seen["frames"] == 2
