@@ -74,7 +74,6 @@ def test_no_circle_among_modules():
 
 WRITES_ITSELF = {
     "logs/whole_file.py",  # the one place
-    "cosim/journal.py",  # rows of a process that may crash, in a temporary folder
     "batching/kept.py",  # results of a batch, appended; a cut last line is known
     "cosim/unpack.py",  # locks of temporary folders
     "kernels/compiled_cache.py",  # of numba, below the logs

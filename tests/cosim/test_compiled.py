@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from tsm_fmu.cosim.isolation import Isolated
+from tsm_fmu.cosim.isolation import simulation
 from tsm_fmu.cosim.master import METHODS, simulate_system
 from tsm_fmu.cosim.system import Component, Connection, System
 from tsm_fmu.cosim.trajectory import SimulationInterrupted, SimulationStopped
@@ -110,7 +110,7 @@ def test_ctrl_c_within_a_step_of_python_ends_after_that_step(foreign):
 
 
 def test_a_crash_and_a_hang_are_told_with_the_rows_until_then(in_c):
-    with Isolated(4.0) as there:
+    with simulation(None, 4.0) as there:
         for mood, how in ((CRASHES, "by SIGSEGV"), (HANGS, "did not return within 4 s")):
             with pytest.raises(SimulationStopped, match=rf"one \(moody.fmu\): doStep at t = 0\.05 s .*{how}") as caught:
                 there.simulate_system(moody(in_c, mood), 0.1, 0.01, compiled=True)

@@ -8,17 +8,20 @@ import subprocess
 import sys
 import time
 import zipfile
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tsm_fmu import InputError
 from tsm_fmu.cli.app import run as tsm_fmu
-from tsm_fmu.cosim.isolation import Isolated, simulation
+from tsm_fmu.cosim.isolation import Simulations, simulation
 from tsm_fmu.cosim.master import simulate_system
 from tsm_fmu.cosim.ssp import write_ssp
 from tsm_fmu.cosim.system import Component, Connection, Experiment, System
-from tsm_fmu.cosim.trajectory import SimulationStopped
+from tsm_fmu.cosim.trajectory import SimulationInterrupted, SimulationStopped
+from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record, read_record, write_record
 
 EXITS, CRASHES, HANGS = 3, 4, 5
@@ -30,8 +33,8 @@ def moody(in_c, mood, t_end=0.055, **values):
 
 @pytest.fixture(scope="module")
 def there():
-    with Isolated(20.0) as process:  # its start counts, also on a busy machine
-        yield process
+    with simulation(None, 20.0) as chosen:
+        yield chosen
 
 
 @pytest.mark.parametrize(
@@ -51,9 +54,11 @@ def test_a_process_that_ends_is_named_with_the_rows_until_then_and_the_next_run_
 
 
 def test_a_call_that_does_not_return_is_ended_after_the_time_limit(in_c):
-    # the limit also holds for what comes before the first call, which takes its time on a busy machine
     begun = time.monotonic()
-    with Isolated(8.0) as process, pytest.raises(SimulationStopped, match=r"doStep at t = 0\.05 s did not return with"):
+    with (
+        simulation(None, 2.0) as process,
+        pytest.raises(SimulationStopped, match=r"doStep at t = 0\.05 s did not return with"),
+    ):
         process.simulate_system(moody(in_c, HANGS), 0.1, 0.01)
     assert time.monotonic() - begun < 120.0
 
@@ -79,16 +84,85 @@ def test_the_other_process_gives_the_same_numbers_messages_and_errors(in_c, fore
     assert caught.value.trajectory.columns["belt.count"].tolist() == list(range(11))
 
 
-def test_who_is_foreign_decides_where_nobody_does(in_c, foreign):
-    from tsm_fmu.fmu.build import build_fmu
-    from tsm_fmu.kernels.kernel import kernel
+def test_each_foreign_fmu_has_a_process_and_the_others_end_cleanly(in_c, foreign, there, tmp_path):
+    """Beside the one that crashes: its like, one in Python that says where it is and how it ends, and one of ours."""
+    ended = tmp_path / "ended.txt"
+    system = System(
+        (
+            Component("good", in_c["moody"], {"u": 2.5}),
+            Component("python", foreign["process"], {"path": str(ended)}),
+            Component("ours", build_fmu(kernel("Sum"), tmp_path / "Sum.fmu"), {"k1": 1.0, "u2": 0.75, "u3": 0.0}),
+            Component("bad", in_c["moody"], {"mood": CRASHES, "t_end": 0.055}),
+        ),
+        (Connection("good.y", "ours.u1"), Connection("ours.y", "bad.u")),
+    )
+    with pytest.raises(SimulationStopped, match=r"^FMU bad \(moody.fmu\): doStep at t = 0\.05 s ended its") as caught:
+        there.simulate_system(system, 0.1, 0.01)
+    kept = caught.value.trajectory.columns
+    assert kept["good.y"].tolist() == [0.0, *[2.5] * 5]
+    assert kept["ours.y"][1:].tolist() == [3.25] * 5
+    assert kept["bad.y"][1:].tolist() == [3.25] * 5
+    process = int(kept["python.pid"][-1])
+    assert process != os.getpid()
+    assert ended.read_text() == f"terminated in {process}"
+    calm = there.simulate_system(system.with_values({"bad.mood": 0}), 0.1, 0.01)  # the process that lives is kept
+    assert calm.columns["python.pid"][-1] == process
+    with simulation(False, 1.0) as here:
+        assert (
+            here.simulate_system(system.with_values({"bad.mood": 0}), 0.1, 0.01).columns["python.pid"][-1]
+            == os.getpid()
+        )
 
-    ours = build_fmu(kernel("Sum"), in_c["moody"].parent / "Sum.fmu")
-    for isolate, fmus, elsewhere in ((None, [ours], False), (None, [ours, in_c["moody"]], True), (True, [ours], True)):
-        with simulation(fmus, isolate, 1.0) as chosen:
-            assert isinstance(chosen, Isolated) == elsewhere
-    with pytest.raises(InputError, match=r"^time limit 0\.0 s"), simulation([ours], None, 0.0):
-        pass
+
+def test_a_system_of_foreign_fmus_gives_the_same_bits_by_each_way_of_stepping(in_c, foreign, there):
+    """States saved and restored, texts, machine code and both orders of exchange through the pipe as here."""
+    loop = System(
+        (Component("x", foreign["integrator"], {"x_0": 1.3}), Component("a", in_c["arrays"], {"u": 0.25})),
+        (Connection("x.x", "a.u[1]"), Connection("a.Y[2,1]", "x.u", factor=-0.4)),
+    )
+    texts = System((Component("one", foreign["typed"], {}),), ())
+    ways: tuple[tuple[System, dict[str, Any]], ...] = (
+        (loop, {"method": "jacobi"}), (loop, {"compiled": True}), (loop, {"compiled": True, "method": "jacobi"}),
+        (loop, {"loops": "iterate"}), (texts, {}),
+    )  # fmt: skip
+    for system, options in ways:
+        try:
+            here = simulate_system(system, 0.2, 0.01, **options)
+        except InputError as refused:
+            with pytest.raises(InputError, match=re.escape(str(refused)[:60])):
+                there.simulate_system(system, 0.2, 0.01, **options)
+            continue
+        elsewhere = there.simulate_system(system, 0.2, 0.01, **options)
+        for name, values in here.columns.items():
+            assert values.tobytes() == elsewhere.columns[name].tobytes(), (name, options)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="sends SIGINT, which Windows does not have")
+def test_ctrl_c_ends_the_run_after_the_step_and_an_fmu_cannot_send_it(foreign, there):
+    belt = System((Component("belt", foreign["failing"], {"mode": 5, "t_fail": 0.37}),), ())
+    for compiled in (False, True):
+        with pytest.raises(SimulationInterrupted) as caught:
+            there.simulate_system(belt, 1.0, 0.01, compiled=compiled)
+        assert caught.value.trajectory.time[-1] == pytest.approx(0.38)
+        itself = there.simulate_system(belt.with_values({"belt.mode": 4}), 1.0, 0.01, compiled=compiled)
+        assert itself.columns["belt.count"][-1] == 100.0
+
+
+def test_the_end_of_a_run_may_crash_too(in_c, there):
+    run = there.simulate_system(moody(in_c, 6), 0.1, 0.01)
+    assert run.columns["one.y"].tolist() == [0.0, *[1.5] * 10]
+    assert run.messages[-1].startswith("FMU one (moody.fmu): terminate ended its process by SIGSEGV -- expected")
+
+
+def test_isolate_takes_our_own_too_and_a_time_limit_is_positive(tmp_path):
+    system = System(
+        (Component("ours", build_fmu(kernel("Sum"), tmp_path / "Sum.fmu"), {f"u{k}": 2.0 for k in (1, 2, 3)}),), ()
+    )
+    with simulation(True, 20.0) as all_of_them, simulation(None, 20.0) as foreign_ones:
+        a, b = (s.simulate_system(system, 0.1, 0.01).columns["ours.y"] for s in (all_of_them, foreign_ones))
+    assert a.tobytes() == b.tobytes()
+    with pytest.raises(InputError, match=r"^time limit 0\.0 s"):
+        Simulations(None, 0.0)
 
 
 def test_run_and_simulate_keep_the_rows_of_an_fmu_that_exits(in_c, tmp_path, capsys):

@@ -67,7 +67,7 @@ def test_a_point_that_fails_says_why_and_the_others_stay(foreign, tmp_path, caps
 
 @pytest.mark.skipif(os.name == "nt", reason="sends itself SIGINT, which Windows does not have")
 def test_ctrl_c_keeps_the_points_that_are_done(foreign, tmp_path, capsys):
-    assert swept(tmp_path, belt(foreign), "--vary", "belt.mode=0:4:2", "--workers", "1") == 130
+    assert swept(tmp_path, belt(foreign), "--vary", "belt.mode=0:4:2", "--workers", "1", "--no-isolate") == 130
     kept = tmp_path / "out" / "sweep.incomplete.csv"
     assert capsys.readouterr().err == f"tsm-fmu: interrupted; 1 points kept in {kept}\n"
     mode, *_ = read_table(kept).columns

@@ -21,7 +21,7 @@ Isolate = Annotated[
     bool | None,
     typer.Option(
         "--isolate/--no-isolate",
-        help="Simulate in a process of its own, which an FMU may crash or hang. Default: if an FMU is not ours.",
+        help="A process for each FMU, which it may crash or hang, or none. Default: for those that are not ours.",
     ),
 ]
 TimeLimit = Annotated[

@@ -17,8 +17,8 @@ from numba.extending import intrinsic as _numbas
 
 from ..kernels import compiled_cache
 
-MOVE, VALUES_2, VALUES_3, STEP_2, STEP_3, MARK, GIVE, ADD = range(8)
-"""Operations: hand values on; set or get of FMI 2, 3; doStep of both; a journal's mark; tables given or added."""
+MOVE, VALUES_2, VALUES_3, STEP_2, STEP_3, GIVE, ADD = range(7)
+"""Operations: hand values on; set or get of FMI 2, 3; doStep of both; tables given or added."""
 OP_WIDTH = 7
 DONE = -1
 """In place of an operation: it did not stop within a step."""
@@ -143,7 +143,7 @@ def _copy(typingctx: Any, target: Any, source: Any, size: Any) -> Any:
 
 def _loop(
     ops: Any, moves: Any, scales: Any, tables: Any, clock: Any, at: Any, decimation: int, times: Any, row: Any,
-    asked: Any, now: Any, now_time: Any,
+    asked: Any,
 ) -> int:  # fmt: skip
     """Take steps; see `program.Program.run`.
 
@@ -167,8 +167,6 @@ def _loop(
         The recorder's times, and its number of rows, shape (1,).
     asked : ndarray of int32, shape (1,)
         Other than 0 when the user wants to stop: then after the step.
-    now, now_time : ndarray
-        The journal's mark: number of calls, FMU, call; and the time.
 
     Returns
     -------
@@ -202,14 +200,9 @@ def _loop(
                 ended = _load_integer(ops[i, 4], BOOL) != 0
             elif kind == GIVE:
                 _store_real(ops[i, 1], ops[i, 2], _load_real(ops[i, 3] + 8 * k, F64))
-            elif kind == ADD:
+            else:
                 more = _load_real(ops[i, 3] + 8 * k, F64)
                 _store_real(ops[i, 1], ops[i, 2], _load_real(ops[i, 1], ops[i, 2]) + more)
-            else:
-                now[0] += 1
-                now[1] = ops[i, 1]
-                now[2] = ops[i, 2]
-                now_time[3] = time + step if ops[i, 3] else time
             if status > _WARNING or status < 0 or ended:
                 at[0], at[1] = k, i
                 return status
@@ -230,7 +223,6 @@ def _loop(
 _SIGNATURE = types.int64(
     *(types.int64[:, ::1], types.int64[:, ::1], types.float64[:, ::1], types.int64[:, ::1], types.float64[::1]),
     *(types.int64[::1], types.int64, types.float64[::1], types.int64[::1], types.int32[::1]),
-    *(types.int64[::1], types.float64[::1]),
 )
 
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-WARNING = 1
-"""The highest status with which a run goes on."""
+WARNING, FATAL = 1, 4
+"""The highest status with which a run goes on, and that after which nothing may be called."""
 
 C_TYPES: dict[str, Any] = {
     "Real": ctypes.c_double,
@@ -23,7 +23,12 @@ C_TYPES: dict[str, Any] = {
         for bits in (8, 16, 32, 64)
     },
 }
-"""Of the FMI types; a Boolean of FMI 3.0 is a C bool."""
+"""Of the FMI types; a Boolean of FMI 3.0 is another (`c_type`)."""
+
+
+def c_type(kind: str, fmi3: bool) -> Any:
+    """The C type of an FMI type."""
+    return ctypes.c_bool if fmi3 and kind == "Boolean" else C_TYPES[kind]
 
 
 def address(thing: Any) -> int:

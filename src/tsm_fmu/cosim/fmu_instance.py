@@ -7,35 +7,29 @@ one doStep and one get per type. Statuses are checked here: a warning passes, an
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 import math
-import os
-import sys
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import fmpy
 import fmpy.fmi2
-import fmpy.fmi3
 from fmpy.fmi1 import FMICallException
 
 from ..models.contract import InputError
 from .description import Description, Port
-from .fmi_calls import C_TYPES, WARNING, Block, Step
-from .journal import CLOSE, GET, INITIALISE, INSTANTIATE, SET, STEP, Journal, no_mark
+from .fmi_calls import FATAL, WARNING, Block, Step, c_type
+from .fmu_library import MOST_LINES, SCRIPT_NAME, forget, load
+from .fmu_process import Processes, ProcessLost
+from .remote_slave import RemoteSlave
 from .start_values import typed_value
 from .system import Value
 
-SCRIPT_NAME = "resources/slavemodule.txt"
-"""Where a PythonFMU unit names its script."""
-OK, DISCARD, FATAL = 0, 2, 4
+DISCARD = 2
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
-
-_log: dict[str, deque[str]] = {}
-"""Last lines of each live instance: FMPy's logger proxy knows one callback per process."""
 
 
 class FmuFailure(InputError):
@@ -55,8 +49,8 @@ class FmuInstance:
         Where the FMU is unpacked.
     inputs, outputs : sequence of str
         Variables that the step loop sets and gets.
-    journal : Journal, optional
-        Is told which call is running.
+    processes : Processes, optional
+        Give processes to FMUs that are to run in one of their own; without it the FMU runs here.
 
     Attributes
     ----------
@@ -76,17 +70,15 @@ class FmuInstance:
         directory: Path,
         inputs: Sequence[str],
         outputs: Sequence[str],
-        journal: Journal | None = None,
+        processes: Processes | None = None,
     ) -> None:
         self.name, self.description = name, description
         self.label = f"{name} ({description.path.name})"
-        """What a journal calls it."""
-        self._mark = no_mark if journal is None else journal.marker(self.label)
-        self._mark(INSTANTIATE, 0.0)
+        """What messages call it."""
         self._fmi3 = description.fmi == 3
         self._stage = "new"
         self.ended_at: float | None = None
-        self._log = _log.setdefault(name, deque(maxlen=20))
+        self._log: deque[str] = deque(maxlen=MOST_LINES)
         arguments = {
             "guid": description.model.guid,
             "modelIdentifier": description.model.coSimulation.modelIdentifier,
@@ -97,29 +89,28 @@ class FmuInstance:
         """Whether PythonFMU runs it, which calls every discarded step a request to end the simulation."""
         if self.python and not (directory / SCRIPT_NAME).is_file():
             raise FmuFailure(  # its library would crash
-                f"FMU {name} ({description.path.name}) has no {SCRIPT_NAME} -- expected the script that PythonFMU runs "
-                "-- build it again"
+                f"FMU {self.label} has no {SCRIPT_NAME} -- expected the script that PythonFMU runs -- build it again"
             )
-        here = os.getcwd()
+        self._give_back: Callable[[], None] | None = None
+        process = None if processes is None else processes.take(description)
         try:
-            if self._fmi3:
-                self._fmu: Any = fmpy.fmi3.FMU3Slave(**arguments)
-                self._fmu.instantiate(loggingOn=True, logMessage=self._log_fmi3)
+            if process is None or processes is None:
+                self._fmu: Any = load(description.fmi, arguments, self._log, self.python)
             else:
-                self._fmu = fmpy.fmi2.FMU2Slave(**arguments)
-                self._fmu.instantiate(callbacks=_callbacks(), loggingOn=True)
+                self._give_back = partial(processes.give_back, description, process)
+                self._fmu = RemoteSlave(process, description.fmi, arguments, self._log, self.python)
+        except ProcessLost as lost:
+            raise FmuFailure(self._lost("instantiate", str(lost))) from None
         except Exception as failure:
-            _log.pop(name, None)
-            os.chdir(here)  # FMPy stays in the library's folder where loading fails, and that folder is removed
+            if process is not None:
+                process.kill()
             hint = (
                 "the FMU needs its own tool" if description.model.coSimulation.needsExecutionTool else "build it again"
             )
             raise FmuFailure(
-                f"FMU {name} ({description.path.name}) cannot be loaded: {self.last_log or _first_line(failure)} -- "
+                f"FMU {self.label} cannot be loaded: {self.last_log or _first_line(failure)} -- "
                 f"expected a library for {fmpy.platform_tuple} that instantiates -- {hint}, or for this platform"
             ) from failure
-        if self.python:
-            _keep_python_namespace(directory)
         self.inputs = self._blocks(inputs, "Set")
         self.outputs = self._blocks(outputs, "Get")
         self.do_step = Step(self._fmu._functions[f"fmi{description.fmi}DoStep"], self._fmu.component, self._fmi3)
@@ -175,7 +166,6 @@ class FmuInstance:
 
         In this order, as in FMPy: some FMI 2.0 units put all variables to their defaults in setupExperiment.
         """
-        self._mark(INITIALISE, start)
         if self._fmi3:
             self.set_start_values(values)
             self._attempt(
@@ -201,8 +191,7 @@ class FmuInstance:
         if not wrong or given:
             return None
         return FmuFailure(
-            f"FMU {self.name} ({self.description.path.name}) has no finite {', '.join(wrong)} at t = {time:g} s: "
-            f"{self._reason('finite outputs')}"
+            f"FMU {self.label} has no finite {', '.join(wrong)} at t = {time:g} s: {self._reason('finite outputs')}"
         )
 
     def exit_initialization(self, time: float) -> None:
@@ -212,7 +201,6 @@ class FmuInstance:
 
     def set_inputs(self, time: float) -> None:
         """Write the input buffers to the FMU."""
-        self._mark(SET, time)
         for block in self.inputs:
             self.after_set(block, block.call(), time)
 
@@ -223,7 +211,6 @@ class FmuInstance:
 
     def get_outputs(self, time: float) -> None:
         """Read the outputs of the FMU into the output buffers."""
-        self._mark(GET, time)
         for block in self.outputs:
             self.after_get(block, block.call(), time)
 
@@ -234,7 +221,6 @@ class FmuInstance:
 
     def step(self, time: float, dt: float) -> None:
         """Advance from ``time`` by ``dt`` [s]; an FMU that asks to end the simulation has not failed (`ended_at`)."""
-        self._mark(STEP, time)
         self.after_step(self.do_step(time, dt), time, dt)
 
     def after_step(self, status: int, time: float, dt: float) -> None:
@@ -259,30 +245,43 @@ class FmuInstance:
 
     def save_state(self) -> Any:
         """The complete state, to be given back to `restore_state` and `free_state`."""
-        return self._fmu.getFMUState()
+        return self._attempt(self._fmu.getFMUState, "getFMUState", math.nan)
 
     def restore_state(self, state: Any) -> None:
         """Go back to a saved state."""
-        self._fmu.setFMUState(state)
+        self._attempt(partial(self._fmu.setFMUState, state), "setFMUState", math.nan)
 
     def free_state(self, state: Any) -> None:
         """Give the memory of a saved state back."""
         if self._stage != "fatal":
-            self._fmu.freeFMUState(state)
+            self._attempt(partial(self._fmu.freeFMUState, state), "freeFMUState", math.nan)
 
-    def close(self) -> None:
-        """Terminate and free: after an error only the freeing is allowed, after Fatal nothing is."""
+    def close(self) -> str:
+        """Terminate and free: after an error only the freeing is allowed, after Fatal nothing is.
+
+        Returns
+        -------
+        str
+            How that took the FMU's process with it; empty if it did not, or if it was lost before.
+        """
         if self._stage == "closed":
-            return
-        self._mark(CLOSE, math.nan)
-        if self._stage == "running":
-            with contextlib.suppress(Exception):
-                self._fmu.terminate()
-        if self._stage != "fatal":
-            with contextlib.suppress(Exception):
-                self._fmu.freeInstance()
+            return ""
+        said = ""
+        for name, allowed in (("terminate", self._stage == "running"), ("freeInstance", self._stage != "fatal")):
+            try:
+                if allowed and not said:
+                    getattr(self._fmu, name)()
+            except ProcessLost as lost:
+                said = self._lost(name, str(lost))
+            except Exception:
+                pass
+        if self._give_back is not None and self._stage == "fatal":
+            self._fmu.process.kill()
+        elif self._give_back is not None:
+            self._give_back()
         self._stage = "closed"
-        _log.pop(self.name, None)
+        forget(self.name)
+        return said
 
     def _blocks(self, names: Sequence[str], verb: str) -> list[Block]:
         """One block for each type that the variables have; of an array all elements are in it."""
@@ -300,18 +299,19 @@ class FmuInstance:
         ]
 
     def _block(self, kind: str, variables: Sequence[Sequence[Port]], verb: str) -> Block:
-        c_type = ctypes.c_bool if self._fmi3 and kind == "Boolean" else C_TYPES[kind]
         ports = [port for elements in variables for port in elements]
         references = (ctypes.c_uint * len(variables))(*(elements[0].reference for elements in variables))
-        values = (c_type * len(ports))(*(_start(port) for port in ports))
+        values = (c_type(kind, self._fmi3) * len(ports))(*(_start(port) for port in ports))
         function = self._fmu._functions[f"fmi{self.description.fmi}{verb}{kind}"]
         return Block(tuple(p.name for p in ports), values, function, self._fmu.component, references, self._fmi3)
 
-    def _attempt(self, call: Callable[[], object], what: str, time: float) -> None:
+    def _attempt(self, call: Callable[[], Any], what: str, time: float) -> Any:
         try:
-            call()
+            return call()
         except FMICallException as failure:
             self._check(failure.status, what, time)
+        except ProcessLost:
+            self._check(FATAL, what, time)
 
     def _check(self, status: int, what: str, time: float | None) -> None:
         """Raise unless OK or Warning, and remember what FMI still allows on this instance."""
@@ -321,63 +321,23 @@ class FmuInstance:
             self._stage = "fatal"
         elif status != DISCARD:
             self._stage = "failed"
-        label = STATUS[status] if 0 <= status < len(STATUS) else f"status {status}"
         at = "" if time is None or math.isnan(time) else f" at t = {time:g} s"
-        raise FmuFailure(
-            f"FMU {self.name} ({self.description.path.name}) returned {label} from {what}{at}: {self._reason('OK')}"
+        if self._give_back is not None and self._fmu.failure is not None:
+            raise self._fmu.failure
+        if self._give_back is not None and self._fmu.process.ended:
+            raise FmuFailure(self._lost(what + at, self._fmu.process.ended))
+        label = STATUS[status] if 0 <= status < len(STATUS) else f"status {status}"
+        raise FmuFailure(f"FMU {self.label} returned {label} from {what}{at}: {self._reason('OK')}")
+
+    def _lost(self, what: str, how: str) -> str:
+        return (
+            f"FMU {self.label}: {what} {how} -- expected a return from every call -- get a corrected FMU from its maker"
         )
 
     def _reason(self, expected: str) -> str:
         """The last log line, with what was expected and what to do unless the FMU says that itself."""
         said = self.last_log or "it logged nothing"
         return said if said.count(" -- ") > 1 else f"{said} -- expected {expected} -- check its inputs and parameters"
-
-    def _log_fmi3(self, _environment: Any, status: int, _category: bytes, message: bytes) -> None:
-        _remember(self._log, status, message)
-
-
-_kept: list[dict[str, Any]] = []
-
-
-def _keep_python_namespace(directory: Path) -> None:
-    """Guard against a defect of PythonFMU 0.7.0: each instance drops a reference to its script's namespace too many.
-
-    Without this the namespace is freed while in use, and the process crashes some instances later.
-    """
-    module = sys.modules.get((directory / SCRIPT_NAME).read_text(encoding="utf-8").strip())
-    if module is not None:
-        _kept.append(vars(module))
-
-
-def _remember(lines: deque[str], status: int, message: bytes | None) -> None:
-    text = (message or b"").decode("utf-8", "replace").strip()
-    if text and status != OK:  # OK: chatter of the FMU, not a reason
-        lines.append(" ".join(text.split()))
-
-
-def _logger(_environment: Any, name: bytes | None, status: int, _category: Any, message: bytes | None) -> None:
-    lines = _log.get((name or b"").decode("utf-8", "replace"))
-    if lines is not None:
-        _remember(lines, status, message)
-    elif status > WARNING:
-        print((message or b"").decode("utf-8", "replace"), file=sys.stderr)
-
-
-_CALLBACKS = (  # kept for the life of the process: the proxy below holds on to the logger
-    fmpy.fmi2.fmi2CallbackLoggerTYPE(_logger),
-    fmpy.fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc),
-    fmpy.fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free),
-)
-
-
-def _callbacks() -> Any:
-    callbacks = fmpy.fmi2.fmi2CallbackFunctions()
-    callbacks.logger, callbacks.allocateMemory, callbacks.freeMemory = _CALLBACKS
-    with contextlib.suppress(ImportError, OSError):  # formats C variadic messages; not shipped for every platform
-        from fmpy.logging import addLoggerProxy
-
-        addLoggerProxy(ctypes.byref(callbacks))
-    return callbacks
 
 
 def _start(port: Port) -> Any:

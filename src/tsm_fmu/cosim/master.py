@@ -26,7 +26,7 @@ from .exchange import (
     transfers_to,
 )
 from .fmu_instance import FmuFailure, FmuInstance
-from .journal import Journal
+from .fmu_process import Processes
 from .order import AlgebraicLoop, Schedule, schedule
 from .program import Program, Stimulus, can_compile
 from .progress import bar
@@ -58,7 +58,7 @@ def simulate_system(
     record: Sequence[str] | None = None,
     decimation: int = 1,
     progress: bool = False,
-    journal: Journal | None = None,
+    processes: Processes | None = None,
     compiled: bool | None = None,
     stimuli: Sequence[Stimulus] = (),
     step_error: float | None = None,
@@ -83,8 +83,8 @@ def simulate_system(
         Record every n-th communication point.
     progress : bool
         Show a bar on stderr, if that is a terminal.
-    journal : Journal, optional
-        Keeps the rows in files: `isolation` reads them if the process ends.
+    processes : Processes, optional
+        Give FMUs that are not ours processes of their own; without it all run in this one.
     compiled : bool, optional
         Step in machine code or not; both give the same bits. Without it where the run is long (`REPAID`). Texts
         that are handed on and loops that are iterated are never stepped there.
@@ -125,9 +125,9 @@ def simulate_system(
     plan = schedule(wiring, loops)
     selection = select(wiring, record)
     with ExitStack() as stack:
-        instances = _instantiate(wiring, selection, stack, journal, stimuli)
+        instances = _instantiate(wiring, selection, stack, processes, stimuli)
         notes = (*system.notes, *(_said(loop, loops) for loop in plan.loops), *left_out(wiring, record))
-        recorder = Recorder(selection, instances, 2 + steps // decimation, notes, journal)
+        recorder = Recorder(selection, instances, 2 + steps // decimation, notes)
         order = [instances[name] for name in plan.components]
         transfers = {name: transfers_to(name, wiring, instances) for name in instances}
         wanted = tolerance if loops == "iterate" else None
@@ -152,7 +152,7 @@ def simulate_system(
             with interruptible() as asked, bar(progress, system.name, steps, step) as advance:
                 run: Run
                 if compiled and not by_hand:
-                    run = Program(parts, method == "jacobi", recorder, (start, step), journal, given).run
+                    run = Program(parts, method == "jacobi", recorder, (start, step), given).run
                 else:
                     taken = varied or _advance(plan, instances, transfers, method, wanted)
                     run = _interpreted(taken, order, recorder, start, step)
@@ -169,6 +169,9 @@ def simulate_system(
             _note(recorder, varied)
             raise SimulationStopped(str(failure), recorder.trajectory(str(failure))) from failure
         _note(recorder, varied)
+        for instance in instances.values():
+            if lost := instance.close():
+                recorder.note(lost)
         return recorder.finished()
 
 
@@ -259,7 +262,7 @@ def number_of_steps(start: float, stop: float, step: float) -> int:
 
 
 def _instantiate(
-    wiring: Wiring, selection: Selection, stack: ExitStack, journal: Journal | None, stimuli: Sequence[Stimulus]
+    wiring: Wiring, selection: Selection, stack: ExitStack, processes: Processes | None, stimuli: Sequence[Stimulus]
 ) -> dict[str, FmuInstance]:
     instances: dict[str, FmuInstance] = {}
     fmus = dict.fromkeys(component.fmu for component in wiring.system.components)
@@ -271,7 +274,7 @@ def _instantiate(
         inputs = [link.target[1] for link in wiring.links if link.target[0] == name]
         inputs += [s.variable for s in stimuli if s.component == name and s.variable not in inputs]
         outputs = list(dict.fromkeys(wanted))
-        instance = FmuInstance(name, wiring.descriptions[name], directory, inputs, outputs, journal)
+        instance = FmuInstance(name, wiring.descriptions[name], directory, inputs, outputs, processes)
         stack.enter_context(instance)
         instances[name] = instance
     return instances

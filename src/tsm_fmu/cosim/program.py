@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from .exchange import Part, Transfer
 from .fmi_calls import WARNING, Block
 from .fmu_instance import FmuInstance
-from .journal import GET, SET, STEP, Journal
 from .recorder import Recorder
 from .stopping import StopRequest
 
@@ -87,8 +86,6 @@ class Program:
         Gets the rows.
     clock : (float, float)
         Start time and communication step [s].
-    journal : Journal, optional
-        Is told which call is running.
     given : sequence of (FmuInstance, Stimulus)
         Inputs that get values of their own at each step, after what is connected to them.
     """
@@ -99,7 +96,6 @@ class Program:
         jacobi: bool,
         recorder: Recorder,
         clock: tuple[float, float],
-        journal: Journal | None = None,
         given: Sequence[Given] = (),
     ) -> None:
         from . import compiled_loop as loop
@@ -108,17 +104,15 @@ class Program:
         tables = _Tables()
 
         def inputs(part: Part) -> None:
-            self._inputs(tables, part, given, journal)
+            self._inputs(tables, part, given)
 
         def step(part: Part) -> None:
             instance = part[0]
-            self._mark(tables, instance, STEP, 0, journal)
             kind = loop.STEP_3 if instance.do_step.fmi3 else loop.STEP_2
             tables.add(kind, *instance.do_step.addresses(), refusal=instance.after_step)
 
         def outputs(part: Part) -> None:
             instance = part[0]
-            self._mark(tables, instance, GET, 1, journal)
             for block in instance.outputs:
                 self._values(tables, block, partial(_after_get, instance, block))
 
@@ -135,12 +129,11 @@ class Program:
         self._clock = np.array(clock)
         self._recorder = recorder
         self._rows = np.array(recorder.addresses(), np.int64).reshape(-1, 3)
-        self._now = np.zeros(4, np.int64) if journal is None else journal.now
         self._kept_alive = (parts, given)
         self._loop = loop.compiled_loop(not any(instance.python for instance, _ in parts))
         self._chunk = 1
 
-    def _inputs(self, tables: _Tables, part: Part, given: Sequence[Given], journal: Journal | None) -> None:
+    def _inputs(self, tables: _Tables, part: Part, given: Sequence[Given]) -> None:
         instance, transfers = part
         first = len(tables.moves)
         for target, i, source, j, gain, offset in transfers:
@@ -153,17 +146,12 @@ class Program:
                 what = self._code.ADD if stimulus.add else self._code.GIVE
                 place = self._place(*instance.port(stimulus.variable, "inputs"))
                 tables.add(what, *place, stimulus.values.ctypes.data)
-        self._mark(tables, instance, SET, 0, journal)
         for block in instance.inputs:
             self._values(tables, block, partial(_after_set, instance, block))
 
     def _values(self, tables: _Tables, block: Block, refusal: Refusal) -> None:
         addresses = block.addresses() if block.counted else block.addresses()[:-1]
         tables.add(self._code.VALUES_3 if block.counted else self._code.VALUES_2, *addresses, refusal=refusal)
-
-    def _mark(self, tables: _Tables, instance: FmuInstance, call: int, later: int, journal: Journal | None) -> None:
-        if journal is not None:
-            tables.add(self._code.MARK, journal.index(instance.label), call, later)
 
     def _place(self, buffer: Any, index: int) -> tuple[int, int]:
         size = ctypes.sizeof(buffer._type_)
@@ -186,7 +174,7 @@ class Program:
         while True:
             status = self._loop(
                 self._ops, self._moves, self._scales, self._rows, self._clock, at, 0 if ended else decimation,
-                *self._recorder.places(), asked.flag, self._now, self._now.view(float),
+                *self._recorder.places(), asked.flag,
             )  # fmt: skip
             k, op = int(at[0]), int(at[1])
             if op == self._code.DONE:

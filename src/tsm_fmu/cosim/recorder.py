@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..models.contract import InputError
 from .fmu_instance import FmuInstance
-from .journal import Journal
 from .system import Wiring
 from .trajectory import SimulationStopped, Trajectory
 
@@ -81,8 +79,6 @@ class Recorder:
         Rows that a run has at most.
     notes : sequence of str
         What the run's messages begin with.
-    journal : Journal, optional
-        Keeps the rows in files.
     """
 
     def __init__(
@@ -91,7 +87,6 @@ class Recorder:
         instances: Mapping[str, FmuInstance],
         rows: int,
         notes: Sequence[str] = (),
-        journal: Journal | None = None,
     ) -> None:
         self._instances = instances
         self._notes = list(notes)
@@ -102,20 +97,15 @@ class Recorder:
             if block.values._type_ is not ctypes.c_char_p
         ]
 
-        def array(name: str, shape: tuple[int, ...], dtype: Any) -> NDArray[Any]:
-            return np.zeros(shape, dtype=dtype) if journal is None else journal.array(name, shape, dtype)
-
-        self._time = array("time", (rows,), float)
-        self._row = array("row", (1,), np.int64)
+        self._time = np.zeros(rows)
+        self._row = np.zeros(1, np.int64)
         self._buffers = [np.frombuffer(block.values, dtype=np.dtype(block.values._type_)) for _, block in blocks]
-        self._tables = [array(f"table_{k}", (rows, b.size), b.dtype) for k, b in enumerate(self._buffers)]
+        self._tables = [np.zeros((rows, b.size), b.dtype) for b in self._buffers]
         places = {(owner, n): (k, j) for k, (owner, b) in enumerate(blocks) for j, n in enumerate(b.names)}
         self._columns = []
         for name, address in selection.items():
             port = instances[address[0]].description.ports[address[1]]
             self._columns.append(_Column(name, port.unit or "1", port.kind == "Boolean", *places[address]))
-        if journal is not None:
-            journal.describe(_recovered, self._columns, [(t.shape, t.dtype) for t in self._tables], self._notes)
 
     def store(self, time: float) -> None:
         """Copy the outputs as they are now into the next row."""
@@ -132,7 +122,7 @@ class Recorder:
 
     def places(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """Times of the rows, and their number as an array of one."""
-        return self._time.view(np.ndarray), self._row.view(np.ndarray)
+        return self._time, self._row
 
     def note(self, text: str) -> None:
         """Add to what the run's messages begin with."""
@@ -141,7 +131,11 @@ class Recorder:
     def trajectory(self, incomplete: str = "") -> Trajectory:
         """Return the rows stored so far."""
         messages = (*self._notes, *(line for instance in self._instances.values() for line in instance.messages))
-        return _trajectory(self._columns, int(self._row[0]), self._time, self._tables, incomplete, messages)
+        rows = int(self._row[0])
+        values = {c.name: self._tables[c.table][:rows, c.place] for c in self._columns}
+        shown = {c.name: values[c.name].astype(bool) if c.boolean else values[c.name] for c in self._columns}
+        units = {c.name: c.unit for c in self._columns}
+        return Trajectory(self._time[:rows], shown, units, incomplete, messages)
 
     def finished(self) -> Trajectory:
         """Return the complete run.
@@ -162,27 +156,3 @@ class Recorder:
         )
         self._row[0] = row
         raise SimulationStopped(message, self.trajectory(message))
-
-
-def _trajectory(
-    columns: Sequence[_Column],
-    rows: int,
-    time: NDArray[Any],
-    tables: Sequence[NDArray[Any]],
-    incomplete: str,
-    messages: tuple[str, ...],
-) -> Trajectory:
-    values = {c.name: tables[c.table][:rows, c.place] for c in columns}
-    shown = {c.name: values[c.name].astype(bool) if c.boolean else values[c.name] for c in columns}
-    return Trajectory(time[:rows], shown, {c.name: c.unit for c in columns}, incomplete, messages)
-
-
-def _recovered(
-    columns: Sequence[_Column],
-    tables: Sequence[tuple[tuple[int, int], Any]],
-    notes: Sequence[str],
-    read: Callable[[str, Any], NDArray[Any]],
-) -> Trajectory:
-    """The rows in the files of a journal."""
-    read_tables = [read(f"table_{k}", dtype).reshape(shape) for k, (shape, dtype) in enumerate(tables)]
-    return _trajectory(columns, int(read("row", np.int64)[0]), read("time", float), read_tables, "", tuple(notes))

@@ -20,7 +20,7 @@ from ..logs.units import unit_to_si
 from ..models.contract import InputError, Quantity, Variable
 from .description import Description, describe
 from .fmu_instance import FmuFailure, FmuInstance
-from .journal import Journal
+from .fmu_process import Processes
 from .recorder import Recorder, left_out, select
 from .stopping import interruptible
 from .system import Component, System, Value, check_system
@@ -34,7 +34,7 @@ def replay(
     *,
     parameters: Mapping[str, Value] | None = None,
     cutoff: float | None = None,
-    journal: Journal | None = None,
+    processes: Processes | None = None,
 ) -> Trajectory:
     """Drive an FMU with the inputs of a record.
 
@@ -48,7 +48,7 @@ def replay(
         Start values; an input given here stays constant.
     cutoff : float, optional
         Cut-off of that differentiator [Hz].
-    journal : Journal, optional
+    processes : Processes, optional
         As in `simulate_system`.
 
     Returns
@@ -76,9 +76,9 @@ def replay(
     selection = select(wiring, None)
     with (
         unpacked(component.fmu) as directory,
-        FmuInstance(name, description, directory, driven, [v for _, v in selection.values()], journal) as instance,
+        FmuInstance(name, description, directory, driven, [v for _, v in selection.values()], processes) as instance,
     ):
-        recorder = Recorder(selection, {name: instance}, len(rows), [*notes, *left_out(wiring, None)], journal)
+        recorder = Recorder(selection, {name: instance}, len(rows), [*notes, *left_out(wiring, None)])
         ports = [instance.port(variable, "inputs") for variable in driven]
         time = record.time.tolist()
 
@@ -107,6 +107,8 @@ def replay(
                     recorder.store(time[k + 1])
                     if stop:
                         raise SimulationInterrupted(in_si(recorder.trajectory("interrupted")))
+            if lost := instance.close():
+                recorder.note(lost)
             return in_si(recorder.finished())
         except FmuFailure as failure:
             raise SimulationStopped(str(failure), in_si(recorder.trajectory(str(failure)))) from failure

@@ -28,6 +28,14 @@ class StopRequest:
         return bool(self.flag[0])
 
 
+_current: list[StopRequest] = []
+
+
+def stop_asked() -> bool:
+    """Whether the user wants to stop the run that is going on."""
+    return any(_current)
+
+
 @contextmanager
 def interruptible() -> Iterator[StopRequest]:
     """Hold Ctrl-C and other requests to stop back to the end of a step: inside one they would hit an FMU's Python."""
@@ -42,8 +50,10 @@ def interruptible() -> Iterator[StopRequest]:
     previous = {s: signal.getsignal(s) for s in STOP_SIGNALS if signal.getsignal(s) is not signal.SIG_IGN}
     for number in previous:
         signal.signal(number, ask)
+    _current.append(request)
     try:
         yield request
     finally:
+        _current.remove(request)
         for number, handler in previous.items():
             signal.signal(number, handler)

@@ -270,7 +270,7 @@ def _system(
     inputs = {p.name: p.start or 0 for p in description.inputs if p.kind == "Real"}
     given = {name.removeprefix("unit."): str(value) for name, value in settings.values.items()}
     system = System((Component("unit", path, {**inputs, **given}),), (), path.stem)
-    with simulation([path], settings.isolate, settings.time_limit) as there:
+    with simulation(settings.isolate, settings.time_limit) as there:
         experiment = Experiment(stop=1.0, step=settings.step or float(usual or 1e-3))
         yield path.stem, (system, experiment), None, there.simulate_system
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from ..batching.kept import Kept
 from ..batching.run import run_batch
 from ..cosim import sweep as sweeping
-from ..cosim.isolation import Simulator, foreign
+from ..cosim.isolation import Simulations
 from ..cosim.progress import bar
 from ..cosim.sweep import Axis, Change, Point, Values, Work
 from ..models.contract import InputError
@@ -49,11 +49,9 @@ def run_points(
     KeyboardInterrupt
         Saying where the points until then are.
     """
-    fmus = {c.fmu for s, _ in system.cases.values() for c in s.components}
-    fmus |= {fmu for change in changes.values() for fmu in change.fmus.values()}
-    wanted = how.isolate if how.scheduler is None else False  # the workers of a cluster are replaced when they die
-    simulate = Simulator(foreign(fmus) if wanted is None else wanted, how.time_limit)
-    work = Work(system.cases, system.record, system.quantities, simulate, changes, settings, traced)
+    # the workers of a cluster are replaced when they die
+    there = Simulations(how.isolate if how.scheduler is None else False, how.time_limit)
+    work = Work(system.cases, system.record, system.quantities, there.simulate_system, changes, settings, traced)
     kept = None if folder is None else Kept(folder / f"{kind}.points.jsonl", sweeping.identity(work, points))
     done = {} if kept is None else {n: Point.from_plain(plain) for n, plain in kept.results.items()}
     if done:
@@ -76,7 +74,7 @@ def run_points(
         data = sweeping.write_sweep(folder, system.name, axes, _ordered(done), complete=False, kind=kind)
         raise KeyboardInterrupt(f"interrupted; {len(done)} points kept in {data['results']}") from None
     finally:
-        simulate.close()
+        there.close()
     if kept is not None:
         kept.finish()
     return _some_good(_ordered(done))

@@ -167,7 +167,7 @@ def run(
     loops : {"refuse", "delay", "iterate"}, optional
         What becomes of algebraic loops; as the system says without it.
     isolate : bool, optional
-        Simulate in a process of its own; without it if an FMU is not ours.
+        Give every FMU a process of its own, or none; without it those that are not ours.
     time_limit : float
         Longest time of one call of an FMU there [s].
     step_error : float, optional

@@ -151,7 +151,7 @@ def simulate(
     (record,) = records_of(run)
     begun = time.perf_counter()
     if isinstance(what, (str, os.PathLike)) and os.fspath(what).endswith(".fmu"):
-        with simulation([Path(what)], isolate, time_limit) as there:
+        with simulation(isolate, time_limit) as there:
             result = there.replay(Path(what), record, parameters=values, cutoff=cutoff)
     else:
         result = _model_run(what, record, values or {}, cutoff)

@@ -41,7 +41,7 @@ class Settings:
     loops : str or None
         What becomes of algebraic loops, one of `tsm_fmu.cosim.order.LOOPS`; as the system says if None.
     isolate : bool or None
-        Simulate in a process of its own; if None, where an FMU is not ours.
+        Give every FMU a process of its own, or none; if None, those that are not ours.
     time_limit : float
         Longest time of one call of an FMU there [s].
     step_error : float or None
@@ -129,7 +129,7 @@ def opened(what: str | os.PathLike[str], out: Path | None, settings: Settings) -
         fmus = {c.fmu for system, _ in cases.values() for c in system.components}
         if scenario is not None:
             _build(fmus)
-        there = stack.enter_context(simulation(fmus, settings.isolate, settings.time_limit))
+        there = stack.enter_context(simulation(settings.isolate, settings.time_limit))
         name = what if scenario is not None else Path(what).name.removesuffix(".ssp")
         yield Opened(name, cases, record, scenario, there.simulate_system)
 

@@ -1,4 +1,7 @@
-"""Counts its steps; from t_fail on it discards (mode 1), raises (2), gives NaN (3) or sends Ctrl-C (4)."""
+"""Counts its steps; from t_fail on it discards (mode 1), raises (2), gives NaN (3) or sends Ctrl-C.
+
+Ctrl-C goes to itself (4) or to who started its process (5).
+"""
 
 import os
 import signal
@@ -26,7 +29,7 @@ class Failing(Fmi2Slave):
             if self.mode == 3:
                 self.count = float("nan")
                 return True
-            if self.mode == 4:
-                os.kill(os.getpid(), signal.SIGINT)
+            if self.mode in (4, 5):
+                os.kill(os.getpid() if self.mode == 4 else os.getppid(), signal.SIGINT)
         self.count += 1.0
         return True

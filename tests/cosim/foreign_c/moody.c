@@ -3,7 +3,7 @@
 mood 1: a discarded step that ends the simulation at t_end (as Stair of the Reference-FMUs)
 mood 2: a discarded step without more
 mood 3: the code exits the process at t_end     mood 4: it accesses memory that is not its own
-mood 5: it never returns from the step
+mood 5: it never returns from the step   mood 6: as 4, when it is terminated
 fmi2SetupExperiment puts all variables to their defaults, as 20-sim does. */
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +29,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean td, fmi2Real t, fmi2
 }
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { return fmi2OK; }
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) { return fmi2OK; }
-fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
+fmi2Status fmi2Terminate(fmi2Component c) { if (((Unit *)c)->mood == 6) *(volatile int *)8 = 1; return fmi2OK; }
 fmi2Status fmi2Reset(fmi2Component c) { defaults(c); return fmi2OK; }
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real v[]) {
     for (size_t i = 0; i < n; i++) v[i] = ((Unit *)c)->real[r[i]];
@@ -56,7 +56,7 @@ fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference r[], size_t n
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2String v[]) { return fmi2Error; }
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no) {
     Unit *unit = c;
-    if (unit->mood && time + step > unit->real[1]) {
+    if (unit->mood && unit->mood != 6 && time + step > unit->real[1]) {
         if (unit->mood == 1) { unit->ended = 1; unit->reached = unit->real[1]; unit->real[3] = -7.25; }
         if (unit->mood == 3) exit(7);
         if (unit->mood == 4) *(volatile int *)8 = 1;
