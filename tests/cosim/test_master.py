@@ -1,5 +1,6 @@
 """Stepping against known solutions, and what is left when a run ends early."""
 
+import contextlib
 import math
 import os
 import re
@@ -7,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from fmpy.fmi2 import FMU2Slave
 
 from tsm_fmu import InputError
 from tsm_fmu.cosim.master import METHODS, simulate_system
@@ -148,6 +150,21 @@ def test_ctrl_c_ends_after_the_step_and_keeps_the_rows(foreign):
     kept = caught.value.trajectory
     assert kept.incomplete == "interrupted"
     assert kept.columns["belt.count"].tolist() == list(range(39))
+
+
+@pytest.mark.parametrize(
+    ("mode", "ends"),
+    [(0, ["terminate", "freeInstance"]), (1, ["terminate", "freeInstance"]), (2, [])],
+    ids=["good", "discarded", "fatal"],
+)
+def test_after_fatal_fmi_allows_no_further_call(foreign, monkeypatch, mode, ends):
+    calls = []
+    for name in ("terminate", "freeInstance"):
+        original = getattr(FMU2Slave, name)
+        monkeypatch.setattr(FMU2Slave, name, lambda s, n=name, o=original: (calls.append(n), o(s))[1])
+    with contextlib.nullcontext() if mode == 0 else pytest.raises(SimulationStopped):
+        simulate_system(failing(foreign, mode), 0.5, 0.01)
+    assert calls == ends
 
 
 def test_a_run_can_follow_a_failed_one_in_the_same_process(foreign):

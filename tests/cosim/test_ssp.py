@@ -179,3 +179,48 @@ def test_names_are_identifiers_and_all_parameter_sets_have_one_name(system, tmp_
     odd = System((Component("my part", system.components[0].fmu),), ())
     with pytest.raises(InputError, match=r"component name 'my part' -- expected an identifier"):
         write_ssp(tmp_path / "odd.ssp", (odd, EXPERIMENT))
+
+
+def test_two_fmus_of_one_file_name_stay_two(foreign, tmp_path):
+    folders = {name: tmp_path / name for name in ("a", "b")}
+    for name, source in zip(folders, ("gain", "units"), strict=True):
+        folders[name].mkdir()
+        (folders[name] / "Unit.fmu").write_bytes(foreign[source].read_bytes())
+    parts = [Component(n, folders[f] / "Unit.fmu", {}) for n, f in (("p", "a"), ("q", "b"), ("r", "a"), ("s", "b"))]
+    path = write_ssp(tmp_path / "both.ssp", (System(tuple(parts), ()), EXPERIMENT))
+    with zipfile.ZipFile(path) as archive:
+        assert sum(name.endswith(".fmu") for name in archive.namelist()) == 2  # each once, however often it is used
+    with open_ssp(path) as cases:
+        ((system, _),) = cases.values()
+        for component, source in zip(system.components, ("gain", "units") * 2, strict=True):
+            assert component.fmu.read_bytes() == foreign[source].read_bytes()
+
+
+@pytest.mark.parametrize("steps", [("0.02", "0.005", "0.3"), ("0.005", "0.3"), ("0.3",)])
+def test_without_a_step_of_its_own_an_experiment_takes_the_smallest_that_an_fmu_proposes(foreign, tmp_path, steps):
+    parts = [Component("plain", foreign["gain"], {"u": 0.0, "u_2": 0.0})]
+    for k, step in enumerate(steps):
+        proposed = f'<DefaultExperiment startTime="0" stepSize="{step}"/><ModelVariables>'
+
+        def propose(text, proposed=proposed):
+            return re.sub("<DefaultExperiment[^>]*/>", "", text).replace("<ModelVariables>", proposed, 1)
+
+        fmu = redescribed(foreign["units"], tmp_path / f"u{k}.fmu", propose)
+        parts.append(Component(f"u{k}", fmu, {"angle": 0.0, "speed": 0.0, "kelvin": 0.0}))
+    written = write_ssp(tmp_path / "a.ssp", (System(tuple(parts), (), "one"), EXPERIMENT))
+
+    def without(text):
+        return re.sub(r"<ssd:Annotations>.*?</ssd:Annotations>", "", text, flags=re.DOTALL)
+
+    with open_ssp(rewritten(written, tmp_path / "b.ssp", without)) as cases:
+        ((_, experiment),) = cases.values()
+    assert experiment.step == min(map(float, steps))
+
+
+def redescribed(fmu: Path, path: Path, change) -> Path:
+    """The same FMU with another model description."""
+    with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(path, "w") as new:
+        for name in old.namelist():
+            text = old.read(name)
+            new.writestr(name, change(text.decode()) if name == "modelDescription.xml" else text)
+    return path

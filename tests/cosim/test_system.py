@@ -106,7 +106,7 @@ def test_units_convert_and_the_linear_transformation_follows_in_the_unit_of_the_
     values = {"speed": 0.0, "kelvin": 0.0}
     connections = (
         Connection("p.angle_rad", "q.angle", factor=2.0, offset=1.5),
-        Connection("p.temperature", "q.kelvin"),
+        Connection("p.temperature", "q.kelvin", factor=-3.7, offset=11.0),
     )
     system = System(
         (Component("p", units, {"angle": 0.0, **values}), Component("q", units, {"speed": 0.0})), connections
@@ -114,7 +114,7 @@ def test_units_convert_and_the_linear_transformation_follows_in_the_unit_of_the_
     angle, temperature = check_system(system).links
     assert angle.gain == pytest.approx(2.0 * 57.29577951308232, rel=1e-14)
     assert angle.offset == pytest.approx(1.5, rel=1e-14)
-    assert temperature.gain * 20.5 + temperature.offset == pytest.approx(293.65, rel=1e-14)
+    assert temperature.gain * 20.5 + temperature.offset == pytest.approx(-3.7 * 293.65 + 11.0, rel=1e-14)
 
 
 def test_units_that_measure_different_things_are_named(foreign):
@@ -135,6 +135,30 @@ def test_conversion_can_be_switched_off(foreign):
     )
     (link,) = check_system(system).links
     assert (link.gain, link.offset) == (3.7, 0.0)
+
+
+def redescribed(fmu, path, change):
+    """The same FMU with another model description."""
+    import zipfile
+
+    with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(path, "w") as new:
+        for name in old.namelist():
+            text = old.read(name)
+            new.writestr(name, change(text.decode()) if name == "modelDescription.xml" else text)
+    return path
+
+
+def test_an_fmu_that_allows_one_instance_is_one_component(foreign, tmp_path):
+    once = "canBeInstantiatedOnlyOncePerProcess"
+    single = redescribed(
+        foreign["gain"], tmp_path / "single.fmu", lambda t: t.replace(f'{once}="false"', f'{once}="true"')
+    )
+    free, other = {"u": 0.0, "u_2": 0.0}, {"angle": 0.0, "speed": 0.0, "kelvin": 0.0}
+    check_system(System((Component("a", single, free), Component("b", foreign["units"], other)), ()))
+    check_system(two_gains(foreign))  # twice the same FMU that says nothing of it
+    parts = [Component(n, single, free) if n in "bd" else Component(n, foreign["units"], other) for n in "abcd"]
+    with pytest.raises(InputError, match=r"^components b and d are the same FMU \(single\.fmu\), which allows one"):
+        check_system(System(tuple(parts), ()))
 
 
 def test_what_is_not_an_fmu_is_named(tmp_path, foreign):

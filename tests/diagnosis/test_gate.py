@@ -45,6 +45,41 @@ def test_a_sensor_may_hang_for_nine_tenths_of_a_run(share: float, fits: bool) ->
     assert all(text.startswith("one: x_out repeats") for text in found)
 
 
+def noisy() -> np.ndarray:
+    return record().columns["x_out"] + 0.05 * np.random.default_rng(3).standard_normal(1000)
+
+
+def clipped(share: float, side: float = 1.0) -> np.ndarray:
+    """A noisy channel that stands at its limit for one stretch of this part of its samples."""
+    x = side * noisy()
+    k, limit = int(np.argmax(x[:-300])), float(x.max())
+    x = np.where(
+        (np.arange(1000) >= k) & (np.arange(1000) < k + round(1000 * share)), limit, np.minimum(x, limit - 1e-6)
+    )
+    return side * x
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(("share", "fits"), [(0.017, True), (0.024, False), (0.21, False)])
+def test_a_fiftieth_of_a_run_may_be_clipped(share: float, fits: bool, side: float) -> None:
+    run = record(x_out=clipped(share, side))
+    assert any("clipped or against a stop" in note for note in gate([run], MODEL, ["x_out"]).notes)  # said in any case
+    found = refused(run)
+    assert (found == ()) == fits
+    assert all(text.startswith(f"one: x_out stays at its {'upper' if side > 0 else 'lower'} limit") for text in found)
+    assert gate([run], MODEL, []).refused == ()
+
+
+@pytest.mark.parametrize(("levels", "fits"), [(12, True), (400, False)])
+def test_a_level_of_a_coarse_converter_is_no_limit(levels: int, fits: bool) -> None:
+    """A twentieth of the samples stand at the largest value: of 12 levels any may, of 400 none does by itself."""
+    x = noisy()
+    lo, hi = x.min(), np.quantile(x, 0.95)
+    step = (hi - lo) / (levels - 1)
+    run = record(x_out=lo + step * np.round((np.minimum(x, hi) - lo) / step))
+    assert (refused(run) == ()) == fits
+
+
 def test_a_channel_that_is_not_compared_may_hang() -> None:
     stuck = record(x_out=np.full(1000, 0.4))
     assert [text.split(" in every row")[0] for text in refused(stuck)] == ["one: x_out is 22.92 deg"]

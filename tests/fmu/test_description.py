@@ -112,8 +112,14 @@ def test_capabilities_and_default_experiment(model):
     xml = described(model)
     capabilities = xml.find("CoSimulation")
     assert capabilities is not None
-    for flag in ("canHandleVariableCommunicationStepSize", "canGetAndSetFMUstate", "canSerializeFMUstate"):
+    # it runs in a Python that must be there, and PythonFMU allocates on its own: hosts decide by this
+    for flag in (
+        "canHandleVariableCommunicationStepSize", "canGetAndSetFMUstate", "canSerializeFMUstate", "needsExecutionTool",
+        "canNotUseMemoryManagementFunctions",
+    ):  # fmt: skip
         assert capabilities.get(flag) == "true"
+    for flag in ("canBeInstantiatedOnlyOncePerProcess", "canInterpolateInputs", "canRunAsynchronuously"):
+        assert capabilities.get(flag, "false") == "false"
     assert capabilities.get("modelIdentifier") == xml.get("modelName") == model.name
     experiment = xml.find("DefaultExperiment")
     assert experiment is not None

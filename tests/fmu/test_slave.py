@@ -140,10 +140,46 @@ def test_wrong_times_are_refused_and_change_nothing(time, step, expected):
     move(slave, 3, first=1)
 
 
-def test_rounding_of_the_clock_is_accepted():
+def test_rounding_of_the_clock_is_accepted_and_does_not_add_up():
     slave = started()
-    for n in range(2000):
+    for n in range(100_000):
         assert slave.do_step(n * 0.1, 0.1), said(slave)  # 0.1 added up differs from n * 0.1
+
+
+@pytest.mark.parametrize("start", [0.0, -3.0, 7.5])
+@pytest.mark.parametrize(
+    ("part", "accepted"), [(1e-4, True), (-9e-4, True), (1.1e-3, False), (-0.1, False), (0.4, False)]
+)
+def test_a_step_may_begin_a_thousandth_of_itself_off(start, part, accepted):
+    slave = fresh()
+    slave.setup_experiment(start, None, None)
+    initialise(slave)
+    assert slave.do_step(start, 0.013)
+    assert slave.do_step(start + 0.013 + part * 0.013, 0.013) is accepted
+    assert (f"expected t = {start + 0.013!r} s" in said(slave)) is not accepted
+
+
+def test_the_start_time_moves_the_clock_and_nothing_else():
+    early, late = started(), fresh()
+    late.setup_experiment(7.5, None, None)
+    initialise(late)
+    assert late.do_step(0.0, 0.013) is False
+    assert "step from t = 0.0 s -- expected t = 7.5 s" in said(late)
+    assert move(late, 20) == move(early, 20)
+    assert (early._time, late._time) == pytest.approx((0.26, 7.76), rel=1e-14)
+
+
+def test_a_state_of_another_build_is_refused_and_changes_nothing():
+    slave, other = started(), started()
+    move(slave, 3)
+    state = json.loads(slave._fmu_state_to_bytes(slave._get_fmu_state()))
+    other._set_fmu_state(other._fmu_state_from_bytes(json.dumps(state).encode()))
+    assert move(other, 2, first=3) == move(slave, 2, first=3)  # as it is it goes on there
+    before = other.get_real([X_OUT, X_H])
+    other._set_fmu_state(other._fmu_state_from_bytes(json.dumps(state | {"guid": "another"}).encode()))
+    assert "FMU state is foreign or damaged (it is of guid another)" in said(other)
+    assert other.get_real([X_OUT, X_H]) == before
+    assert other.do_step(other._time, 0.013) is False
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])

@@ -1,5 +1,6 @@
 """Kernel: validated parameters, simulation of records, and what bad input is told."""
 
+import contextlib
 import math
 from types import ModuleType
 from typing import Annotated, NamedTuple
@@ -9,6 +10,7 @@ import pytest
 
 from tsm_fmu import InputError
 from tsm_fmu.kernels.kernel import Kernel, kernel
+from tsm_fmu.models import MODELS
 from tsm_fmu.models.contract import Quantity
 
 BACKLASH = kernel("PairedTsmBacklash")
@@ -51,6 +53,18 @@ def test_params_start_from_the_preset_and_are_changed_by_name() -> None:
     default = kernel("ReferenceSignal").params()
     assert default == kernel("ReferenceSignal").params("published")
     assert default.kind == 1
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda m: m.NAME)
+def test_a_value_given_beside_a_preset_goes_over_it(model) -> None:
+    one = Kernel(model)
+    for preset, values in one.presets.items():
+        whole = one.named(one.params(preset))
+        assert {name: whole[name] for name in values.si} == pytest.approx(dict(values.si))
+        for v in one.parameters:
+            for given in (whole[v.name] * (1.0 + 1e-9), whole[v.name] * (1.0 - 1e-9)) if v.kind is float else ():
+                with contextlib.suppress(InputError):  # at a bound, or of a joint condition
+                    assert one.named(one.params(preset, {v.name: given})) == whole | {v.name: given}
 
 
 T = [0.0, 0.1, 0.25]

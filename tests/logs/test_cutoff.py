@@ -5,8 +5,12 @@ import json
 import numpy as np
 import pytest
 
+import tsm_fmu
 from tsm_fmu.cli.app import run
-from tsm_fmu.logs.record import write_record
+from tsm_fmu.diagnosis.runs.prepared import prepared
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.differentiate import differentiate
+from tsm_fmu.logs.record import read_record, write_record
 
 UNUSED = "--cutoff 17 Hz is not used: the log has x, v, a, tau_in, tau_load itself, nothing is derived"
 
@@ -72,3 +76,43 @@ def test_check(logs, capsys):
     assert capsys.readouterr().err == "--cutoff 17 Hz is not used: no position in still moves\n"
     assert run(["check", str(logs / "bare.csv"), "--cutoff", "17"]) == 0
     assert capsys.readouterr().err == ""
+
+
+WIDE, NARROW = 110.0, 17.0
+
+
+@pytest.fixture(scope="module")
+def viscous(tmp_path_factory):
+    """Position sin(w t) at the frequency where a cut-off of 17 Hz leaves 3 dB less, and F = 0.37 w cos(w t)."""
+    time = np.arange(6001) / 1000.0
+    w = 2.0 * np.pi * differentiate(time, np.sin(time), 1, NARROW).cutoff
+    force = 0.37 * w * np.cos(w * time)
+    path = tmp_path_factory.mktemp("viscous") / "viscous.csv"
+    return write_record(path, time, {"x": np.sin(w * time), "F": force}, {"x": "m", "F": "N"})
+
+
+ONLY_VISCOUS = {"F_c": 1e-9, "F_s": 1e-9, "sigma1": 0.0}
+
+
+@pytest.mark.parametrize(("cutoff", "gain"), [(NARROW, np.sqrt(0.5)), (WIDE, 1.0)])
+def test_the_cutoff_and_a_value_over_a_preset_act_in_simulate_and_identify(viscous, cutoff, gain):
+    """Of viscous friction alone F = sigma2 v: what the cut-off takes from v is taken from F, or given to sigma2."""
+    (record,) = (read_record(viscous),)
+    inner, measured = slice(1000, -1000), record.columns["F"]
+    found = tsm_fmu.simulate("LuGreFriction:published", record, values={**ONLY_VISCOUS, "sigma2": 0.37}, cutoff=cutoff)
+    force = found.trajectory.columns["F"]
+    assert force[inner] @ measured[inner] / (measured[inner] @ measured[inner]) == pytest.approx(gain, abs=0.01)
+    fixed = [v.name for v in kernel("LuGreFriction").parameters if v.name != "sigma2"]
+    fitted = tsm_fmu.identify("LuGreFriction:published", [record], values=ONLY_VISCOUS, fixed=fixed, cutoff=cutoff)
+    assert fitted.as_json()["parameters"]["sigma2"]["value"] == pytest.approx(0.37 / gain, rel=0.03)  # ends of the run
+
+
+@pytest.mark.parametrize("cutoff", [9.0, NARROW])
+def test_the_cutoff_is_the_one_that_check_and_diagnose_derive_with(logs, cutoff):
+    one = read_record(logs / "bare.csv")
+    motion = tsm_fmu.check([one], cutoff=cutoff).runs[0].motion
+    assert motion.cutoff == pytest.approx(cutoff, rel=0.1)  # a window is of whole samples
+    runs = prepared(kernel("PairedTsmFriction"), [one], [one], [one], cutoff)
+    for one in (*runs.measured, *runs.reference, *runs.holdout):
+        told = [float(note.partition("cut-off ")[2].split()[0]) for note in one.derived]
+        assert told == [pytest.approx(cutoff, rel=0.15)] * 2  # v and a

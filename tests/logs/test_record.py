@@ -71,6 +71,20 @@ def test_window_keeps_rows_of_the_file_and_cuts_bad_samples_away(tmp_path):
         read_record(path, start=float("nan"))
 
 
+@pytest.mark.parametrize("scale", [None, -1.0, 0.37])
+@pytest.mark.parametrize(
+    ("unit", "factor", "offset"),
+    [("degF", 5.0 / 9.0, 459.67 * 5.0 / 9.0), ("degC", 1.0, 273.15), ("K", 1.0, 0.0), ("deg", np.pi / 180.0, 0.0)],
+)
+def test_a_channel_is_its_factor_times_the_value_in_si_zero_point_included(tmp_path, unit, factor, offset, scale):
+    values = np.array([-40.0, 0.0, 21.5, 212.0])
+    rows = "".join(f"{0.1 * k},{x}\n" for k, x in enumerate(values))
+    path = tmp_path / "a.csv"
+    path.write_text(f"time [s],q [{unit}]\n{rows}")
+    read = read_record(path, scales={} if scale is None else {"q": scale})
+    assert read.columns["q"] == pytest.approx((scale or 1.0) * (factor * values + offset), rel=1e-12, abs=1e-12)
+
+
 def test_scale_takes_names_before_and_after_renaming(tmp_path):
     path = written(tmp_path / "a.csv")
     before = read_record(path, mapping={"Motor angle": "x_in"}, scales={"Motor angle": -1.0})

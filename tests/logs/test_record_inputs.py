@@ -1,13 +1,17 @@
 """Speed and acceleration from position: closed forms, encoder steps, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tsm_fmu.checking import check_record
 from tsm_fmu.kernels.kernel import kernel
-from tsm_fmu.logs.differentiate import default_cutoff, differentiate
+from tsm_fmu.logs.differentiate import default_cutoff, differentiate, sample_period
 from tsm_fmu.logs.quantisation import quantisation_step
 from tsm_fmu.logs.record import Record, kernel_inputs
 from tsm_fmu.models.contract import InputError
+from tsm_fmu.regression.specification import fit_run
 
 SINES = ((0.41, 0.37, 0.3), (0.083, 1.13, 2.2), (0.019, 2.71, 4.1))
 
@@ -138,6 +142,55 @@ def test_kernel_inputs_derive_what_is_missing_and_say_so():
     np.testing.assert_array_equal(found.values[:, order.index("v")], v)
     assert len(found.notes) == 1
     assert found.notes[0].startswith("a derived from v")
+
+
+@pytest.mark.parametrize(("column", "order"), [("x", 1), ("x", 2), ("v", 1)])
+@pytest.mark.parametrize(("cutoff", "gain"), [(17.0, np.sqrt(0.5)), (110.0, 1.0)])
+def test_the_given_cutoff_is_the_one_that_inputs_are_derived_with(column, order, cutoff, gain):
+    """At the cut-off the derivative is 3 dB low, far below it it is whole."""
+    time = np.arange(20001) / 1000.0
+    frequency = differentiate(time, np.sin(time), order, 17.0).cutoff
+    w = 2.0 * np.pi * frequency
+    given = {column: np.sin(w * time), "tau_in": 0.0 * time, "tau_load": 0.0 * time}
+    if column == "v":
+        given["x"] = 0.0 * time
+    units = {"x": "rad", "v": "rad/s", "tau_in": "N.m", "tau_load": "N.m"}
+    run = Record("r", time, given, {name: units[name] for name in given})
+    model = kernel("PairedTsmFriction")
+    derived = "v" if (column, order) == ("x", 1) else "a"
+    values = run.inputs_for(model, cutoff)[2000:-2000, [v.name for v in model.inputs].index(derived)]
+    assert np.sqrt(2.0 * np.mean(values**2)) / w**order == pytest.approx(gain, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("steps", "found"), [(0.51, True), (0.49, False), (1.49, True), (1.51, False)], ids=lambda v: str(v)
+)
+def test_a_sample_may_be_half_a_period_off_and_no_more(steps, found):
+    time = 3.1 + np.cumsum(np.full(400, 0.0173))
+    time[200:] += (steps - 1.0) * 0.0173
+    if found:
+        assert sample_period(time) == pytest.approx((time[-1] - time[0]) / 399.0, rel=1e-12)
+        return
+    with pytest.raises(InputError, match=rf"between rows 207 and 208 \(t = {time[199]:g} s\), 1 such in all"):
+        sample_period(time, 8)
+
+
+@pytest.mark.parametrize("lost", [1, 2, 3])
+def test_missing_samples_are_told_by_check_and_derived_over_alike(lost):
+    time = np.delete(np.arange(3000), slice(1200, 1200 + lost)) / 500.0
+    x, v, _ = motion(time)
+    torques = {"tau_in": np.cos(time), "tau_load": np.sin(time)}
+    run = Record("r", time, {"x": x, **torques}, {"x": "rad", "tau_in": "N.m", "tau_load": "N.m"})
+    (gap,) = [f for f in check_record(run).findings if f.kind == "gap"]
+    assert gap.rows == (1201, 1202)  # of the file
+    assert f"about {lost} samples are missing" in gap.text
+    model = kernel("PairedTsmFriction")
+    found = kernel_inputs(run, model, 20.0)
+    assert f"over gaps of {lost} rows in all that the log lacks" in found.notes[0]
+    speeds = found.values[300:-300, [i.name for i in model.inputs].index("v")]
+    assert nrms(speeds - v[300:-300], v) < 2e-3
+    measured = replace(run, columns=run.columns | {"tau_drive": x}, units=run.units | {"tau_drive": "N.m"})
+    assert fit_run(model, measured, ["tau_drive"], 20.0).inputs.tolist() == found.values.tolist()
 
 
 def test_kernel_inputs_refuse_other_quantities_and_missing_channels():
