@@ -26,6 +26,7 @@ from ..regression.uncertainty import Uncertainty, uncertainty
 from .findings import conditions_met, fields_on_bound, findings
 from .genetic import Evolution
 from .informative import check_informative
+from .shortfall import shortfalls
 
 METHODS = {"fast": MultiStart, "paper": Evolution}
 INTERVALS = ("linear", "profile")
@@ -201,6 +202,10 @@ def fit(
         notes = ("interrupted: the intervals that were not reached are linear ones", *notes)
     elif not complete:
         notes = ("interrupted: the values are the best until then, not the optimum", *notes)
+    pooled = _pooled(problem, [(run, table[k], 0.0) for k, run in enumerate(problem.runs)])
+    residuals, floors = _residual_tests(problem, table), _noise_floor(problem)
+    if complete:
+        notes += shortfalls(pooled, [r.channels for r in results.values() if r.role == "measured"], floors, residuals)
     return Fit(
         kernel=kernel,
         channels=problem.channels,
@@ -208,13 +213,13 @@ def fit(
         intervals=found,
         per_run=problem.per_run,
         runs=results,
-        measured=_pooled(problem, [(run, table[k], 0.0) for k, run in enumerate(problem.runs)]),
+        measured=pooled,
         holdout=_pooled(problem, [(run, row, SETTLING) for run, row in holdout_fits]) if holdout_fits else {},
         at_bound=at_bound | frozenset(f for fields in conditions.values() for f in fields),
         undetermined=undetermined,
         findings=notes,
-        residuals=_residual_tests(problem, table),
-        noise_floor=_noise_floor(problem),
+        residuals=residuals,
+        noise_floor=floors,
         uncertainty=known,
         evaluations=log.simulations,
         wall_s=clock.perf_counter() - begin,
