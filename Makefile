@@ -32,7 +32,7 @@ reproduce: .venv/ready
 	$(BIN)/tsm-fmu reproduce --out out/reproduce
 
 mutate: .venv/ready-mutation  # faults put into the files that differ from BASE: which of them do the tests not see?
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python build_scripts/mutate.py --base $(or $(BASE),main) $(FILES)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python build_scripts/mutate.py --base $(or $(BASE),main) --most $(or $(MOST),20) --seed $(or $(SEED),0) $(FILES)
 
 .venv/ready: $(PINNED)
 	$(PYTHON) build_scripts/setup_venv.py

@@ -338,7 +338,7 @@ def _measure(copy: Path, tests: str, kept: Path) -> int:
     watch.save()
     found = watch.get_data()
     lines = {}
-    for file in found.measured_files():
+    for file in (f for f in found.measured_files() if f.endswith(".py")):  # and no templates
         by_line = found.contexts_by_lineno(file)
         spread = {n: sorted({t for c in cs for t in users.get(c, [c])}) for n, cs in by_line.items()}
         lines[str(Path(file).relative_to(copy))] = spread

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import rig
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, minimize_scalar
 
+from tsm_fmu.identification import fit as fit_module
 from tsm_fmu.identification.fit import Fit, fit
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models.contract import InputError
@@ -97,8 +98,81 @@ def test_elimination_reaches_the_minimum_of_plain_least_squares(three: list[FitR
     assert run.time.size * result.measured["x_out"].rmse ** 2 == pytest.approx(2.0 * plain.cost, rel=1e-9)
 
 
+DAHL = kernel("SingleTsmDahl")
+CHANNELS = ("F", "T_out")
+RHO1 = DAHL.named(DAHL.params())["rho1"]
+
+
+def dahl(run: FitRun, rho1: float) -> np.ndarray:
+    columns = [[o.name for o in DAHL.outputs].index(name) for name in CHANNELS]
+    return DAHL.simulate(DAHL.params(values={"rho1": rho1}), run.time, run.inputs)[:, columns]
+
+
+@pytest.fixture(scope="module")
+def disputed() -> FitRun:
+    """Friction and tension ask for different values of rho1, with noise of very different size."""
+    t = 0.01 * np.arange(400)
+    v = 0.05 * np.cos(2.1 * t)
+    inputs = {"v": v, "a": np.gradient(v, t), "T_load": 2.0 + 0.5 * np.sin(0.9 * t)}
+    run = FitRun("r", t, np.column_stack([inputs.get(i.name, 3.0 + 0.0 * t) for i in DAHL.inputs]), np.zeros((400, 2)))
+    y = np.column_stack([dahl(run, 1.3 * RHO1)[:, 0], dahl(run, 0.7 * RHO1)[:, 1]])
+    noise = np.random.default_rng(12).standard_normal((400, 2)) * (0.02, 0.1) * y.std(axis=0)
+    return replace(run, targets=y + noise)
+
+
+def weighed(run: FitRun, deviations: np.ndarray) -> float:
+    """The value of rho1 with the least sum of squares over deviations, by a search of scipy alone."""
+
+    def cost(rho1: float) -> float:
+        return float(np.sum(((dahl(run, rho1) - run.targets) / deviations) ** 2))
+
+    return float(minimize_scalar(cost, bounds=(0.2 * RHO1, 3.0 * RHO1), method="bounded", options={"xatol": 1e-12}).x)
+
+
+def fitted_rho1(run: FitRun, **options) -> float:
+    space = search_space(DAHL).freeing_only(["rho1"])
+    return fit(DAHL, [run], CHANNELS, space, **options).parameters["rho1"].value
+
+
+@pytest.mark.parametrize("deviations", [(0.01, 0.7), (0.4, 0.02), (0.3, 0.3)])
+def test_given_deviations_weigh_the_channels(disputed: FitRun, deviations: tuple[float, float]) -> None:
+    found = fitted_rho1(disputed, weights=dict(zip(CHANNELS, deviations, strict=True)))
+    assert found == pytest.approx(weighed(disputed, np.array(deviations)), rel=1e-5)
+
+
+def test_without_them_channels_weigh_by_what_is_left_in_them(disputed: FitRun) -> None:
+    """Two rounds, each weighted with what the one before has left; the first with the spread of the channels."""
+    deviations, rounds = disputed.targets.std(axis=0), []
+    for _ in range(3):
+        rounds.append(weighed(disputed, deviations))
+        deviations = np.sqrt(np.mean((dahl(disputed, rounds[-1]) - disputed.targets) ** 2, axis=0))
+    assert fitted_rho1(disputed) == pytest.approx(rounds[2], rel=1e-5)
+    assert abs(rounds[2] - rounds[1]) > 0.01 * abs(rounds[2])  # it matters
+
+
+def test_the_mean_of_per_run_values_is_known_better_than_each(three: list[FitRun]) -> None:
+    result = identified(three)
+    for name in ("x_0", "x_h_0"):
+        values = [run.values[name] for run in result.runs.values()]
+        assert result.parameters[name].value == pytest.approx(np.mean(values), rel=1e-9)
+        assert result.parameters[name].stderr == pytest.approx(np.std(values, ddof=1) / math.sqrt(3), rel=1e-9)
+
+
+def test_values_of_an_interrupted_search_are_allowed_ones(clean: FitRun) -> None:
+    """The best so far may break c + beta > 0: what is kept does not, and has the runs' own values fitted to it."""
+    problem = Problem(BACKLASH, [clean], ("x_out",), search_space(BACKLASH, per_run=per_run_fields(BACKLASH)))
+    table = problem.start()
+    table[:, problem.fields.index("c")], table[:, problem.fields.index("beta")] = 0.9, -1.2
+    assert problem.refused(table)
+    kept = fit_module._interrupted(problem, table)
+    assert not problem.refused(kept)
+    left = (problem.outputs(0, kept[0]) - clean.targets)[:, 0]
+    assert abs(left.mean()) < 1e-6 * np.abs(clean.targets).max()  # x_0 alone moves every sample alike
+
+
 def test_same_seed_same_result(three: list[FitRun]) -> None:
     first, second = identified(three, seed=4), identified(three, seed=4)
+    assert first.seed == 4
     assert first.parameters.valuesdict() == second.parameters.valuesdict()
     assert first.evaluations == second.evaluations
 

@@ -110,3 +110,17 @@ def test_odd_and_contracting():
 def test_runaway_state_is_refused():
     with pytest.raises(ValueError, match=r"beyond 1e6 -- expected about 1"):
         bouc_wen_after(2e6, 0.1, SIGMA, N)
+
+
+@pytest.mark.parametrize("n", [1.3, 2.2, 3.7])
+@pytest.mark.parametrize("unload", [-0.6, 0.0, 0.7])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_series_near_zero_leave_out_the_fourth_power(n, unload, sign):
+    """Eq (6b): q = y 2F1(1, 1/n; 1 + 1/n; t) of t = kappa |y|^n; both ways the error of y is of order t^4 y."""
+    kappa = 1.0 if sign > 0.0 else -unload
+    for t in (0.2, 0.05, 0.01):
+        y = sign * (t / abs(kappa)) ** (1.0 / n) if kappa else sign * t
+        exact = y * hyp2f1(1.0, 1.0 / n, 1.0 + 1.0 / n, kappa * abs(y) ** n)
+        bound = 2.0 * (t if kappa else 0.0) ** 4 + 1e-14
+        assert bouc_wen._travel_from_zero(y, unload, n) == pytest.approx(exact, rel=bound)
+        assert bouc_wen._from_zero(exact, unload, n) == pytest.approx(y, rel=bound)

@@ -120,3 +120,11 @@ def test_parameters_without_a_bound_on_the_deflection_are_refused(name):
         MODEL.params("published", {name: 0.0})
     with pytest.raises(InputError, match=r"parameter sigma1 = -0.1 .* -- expected a value in \[0, inf\)"):
         MODEL.params("published", {"sigma1": -0.1})
+
+
+def test_the_published_friction_is_that_of_half_a_kilogram():
+    """Both levels are 0.16 times the weight of 0.5 kg: no Stribeck peak."""
+    assert (PUBLISHED.F_c, PUBLISHED.F_s) == pytest.approx((0.7848, 0.7848), rel=1e-12)
+    assert (PUBLISHED.sigma0, PUBLISHED.sigma1, PUBLISHED.sigma2, PUBLISHED.v_s) == pytest.approx(
+        (1e5, math.sqrt(1e5), 4.3, 1e-5), rel=1e-12
+    )

@@ -76,7 +76,7 @@ def starts(problem: Problem, variables: ScaledVariables, count: int, seed: int) 
     draws = 2.0 * qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random_base2(math.ceil(math.log2(count))) - 1.0
     points = [given, np.clip(physical, lo, hi)]
     for n, draw in enumerate(draws):
-        around = points[n % 2]
+        around = points[2 * n // len(draws)]  # either half of Sobol's draws fills the range; every second does not
         reach = np.where([bool(axis.sign) for axis in variables.axes], SPREAD, np.maximum(1.0, abs(around)))
         points.append(np.clip(around + reach * draw, lo, hi))
     return points
