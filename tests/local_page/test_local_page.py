@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import socket
 import subprocess
 import sys
+import time
 import zipfile
 
 import numpy as np
@@ -13,9 +15,11 @@ import pytest
 import tsm_fmu as tsm
 from tests.browser import launched, needs_chromium
 from tsm_fmu.cli.app import run
+from tsm_fmu.local_page.job import NOTHING_KEPT
 from tsm_fmu.local_page.session import Session
 
 UNITLESS = "t,motor,joint\n"
+MAPPING = {"t": "time [s]", "motor": "x_in [deg]", "joint": "x_out [deg]"}
 
 
 @pytest.fixture(scope="module")
@@ -42,15 +46,14 @@ def test_a_mapping_gives_the_record_that_read_record_gives(log, tmp_path):
     session = Session(tmp_path)
     made = session.add_log(log.name, log.read_bytes())
     assert made["columns"] == [{"name": name, "unit": ""} for name in ("t", "motor", "joint")]
-    mapping = {"t": "time [s]", "motor": "x_in [deg]", "joint": "x_out [deg]"}
-    seen = session.map_log(log.name, mapping)
+    seen = session.map_log(log.name, MAPPING)
     assert seen["channels"] == {"time": "s", "x_in": "rad", "x_out": "rad"}
-    assert seen["summary"] == tsm.check(tsm.read_record(log, mapping=mapping)).summary()
+    assert seen["summary"] == tsm.check(tsm.read_record(log, mapping=MAPPING)).summary()
     with pytest.raises(tsm.InputError, match="new name"):
         session.add_log(f"../{log.name}", b"")
     with pytest.raises(tsm.InputError, match="has no column"):
         session.map_log(log.name, {"ghost": "x_in [deg]"})
-    assert session.maps[log.name] == mapping
+    assert session.maps[log.name] == MAPPING
     assert {p.name for p in tmp_path.rglob("*") if p.is_file()} == {log.name}
 
 
@@ -92,6 +95,51 @@ def test_a_taken_port_and_a_missing_extra_are_one_line(capsys, monkeypatch):
     assert "pip install 'tsm-fmu[app]'" in said
 
 
+def ended(job, cancel_at=None):
+    """The job once it is over; cancelled as soon as a step says ``cancel_at``."""
+    until = time.monotonic() + 180
+    while job.state in ("running", "stopping"):
+        assert time.monotonic() < until, job
+        if cancel_at is not None and any(cancel_at in step for step in job.steps):
+            job.cancel()
+        time.sleep(0.01)
+    return job.as_json()
+
+
+@pytest.mark.parametrize(
+    ("verb", "cancel_at", "kept"),
+    [
+        ("identify", "reading", []),
+        ("identify", "several starts", ["card.toml", "model.fmu", "report.html"]),
+        ("diagnose", "refit with", ["card.incomplete.toml"]),
+    ],
+)
+def test_what_was_found_before_a_cancel_is_kept(log, tmp_path, verb, cancel_at, kept):
+    session = Session(tmp_path)
+    session.add_log(log.name, log.read_bytes())
+    session.map_log(log.name, MAPPING)
+    job = session.start(verb, "PairedTsmBacklash+creep", [log.name], [])
+    seen = ended(job, cancel_at)
+    assert seen["state"] == "cancelled"
+    assert seen["files"] == kept
+    assert str(tmp_path) not in seen["answer"]
+    for name in kept[:1]:
+        assert np.isfinite(tsm.read_card(job.request.folder / name).parameters["c"].value)
+        assert name in seen["answer"] or "interrupted" in seen["answer"]
+    if not kept:
+        assert seen["answer"] == NOTHING_KEPT
+
+
+def test_a_process_that_dies_is_a_failed_job_with_words(log, tmp_path):
+    session = Session(tmp_path)
+    session.add_log(log.name, log.read_bytes())
+    session.map_log(log.name, MAPPING)
+    job = session.start("diagnose", "PairedTsmBacklash", [log.name], [])
+    job._process.kill()
+    assert ended(job)["state"] == "failed"
+    assert "try again" in job.result["error"]
+
+
 @pytest.fixture(scope="module")
 def browser():
     with launched() as chromium:
@@ -130,7 +178,7 @@ def test_from_drop_to_download(address, log, browser, tmp_path):
     taken.value.save_as(card)
     expected = tsm.identify(
         "PairedTsmBacklash",
-        tsm.read_record(log, mapping={"t": "time [s]", "motor": "x_in [deg]", "joint": "x_out [deg]"}),
+        tsm.read_record(log, mapping=MAPPING),
     )
     assert tsm.read_card(card).parameters["c"].value == expected.parameters["c"]
     with page.expect_download() as taken:
@@ -139,10 +187,18 @@ def test_from_drop_to_download(address, log, browser, tmp_path):
     assert "modelDescription.xml" in zipfile.ZipFile(tmp_path / "model.fmu").namelist()
     assert page.locator("#compare tbody tr").count() == 1
     page.get_by_role("button", name="Diagnose").click()
-    page.locator("#job-1 li").first.wait_for()
-    page.get_by_role("button", name="Cancel number 1").click()
-    page.locator("#job-1 p", has_text="cancelled").wait_for()
-    assert page.locator("#job-1 a").count() == 0
+    page.locator("#job-1 p", has_text="done").wait_for()
+    assert "x_out" in page.locator("#job-1 pre").inner_text()
+    with page.expect_download() as taken:
+        page.locator("#job-1").get_by_role("link", name="diagnosis.json").click()
+    taken.value.save_as(tmp_path / "diagnosis.json")
+    found = json.loads((tmp_path / "diagnosis.json").read_text(encoding="utf-8"))
+    assert page.locator("#job-1 pre").inner_text() == found["answer"]
+    assert page.locator("#compare tbody tr").count() == 2
+    page.get_by_role("button", name="Diagnose").click()
+    page.locator("#job-2 li").first.wait_for()
+    page.get_by_role("button", name="Cancel number 2").click()
+    page.locator("#job-2 p", has_text="cancelled").wait_for()
     assert "cancelled" in page.get_by_role("status").inner_text()
     assert all(url.startswith((address, "data:", "blob:")) for url in asked)
     unlabelled = page.evaluate(

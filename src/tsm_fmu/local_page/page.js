@@ -31,7 +31,8 @@ async function add(file) {
 }
 
 function show(log) {
-  const role = make("select", {}, new Option("fit", "runs"), new Option("hold out, to judge", "holdout"), new Option("leave out", ""));
+  const role = make("select", {}, new Option("fit", "runs"), new Option("hold out, to judge", "holdout"),
+    new Option("reference: without what is missing", "reference"), new Option("leave out", ""));
   role.setAttribute("aria-label", `use of ${log.name}`);
   const rows = make("tbody"), error = make("p", { className: "error" }), found = make("pre"), picture = make("iframe", { title: `channels of ${log.name}` });
   error.setAttribute("role", "alert"); found.tabIndex = 0;
@@ -93,7 +94,7 @@ for (const verb of ["identify", "diagnose"])
   pick(verb).addEventListener("click", async () => {
     const named = use => [...logs].filter(([, log]) => log.role.value === use).map(([name]) => name);
     await Promise.all([...logs.values()].map(log => log.mapped()));
-    try { show_job(await post("jobs", { verb, model: whole(), runs: named("runs"), holdout: named("holdout") })); }
+    try { show_job(await post("jobs", { verb, model: whole(), runs: named("runs"), holdout: named("holdout"), reference: named("reference") })); }
     catch (wrong) { say(wrong.message); }
   });
 
@@ -110,7 +111,8 @@ function show_job(job) {
     const now = (await ask("jobs"))[job.number];
     for (const step of now.steps.slice(steps.children.length)) { steps.append(make("li", { textContent: step })); say(step); }
     state.textContent = now.state;
-    if (now.state === "running") return setTimeout(follow, 300);
+    if (now.state === "stopping") { cancel.disabled = true; state.textContent = "stopping; what was found is being kept"; }
+    if (["running", "stopping"].includes(now.state)) return setTimeout(follow, 300);
     cancel.disabled = true;
     say(`${job.verb} ${now.state}`);
     answer.hidden = !(now.answer ?? now.error);
@@ -119,7 +121,7 @@ function show_job(job) {
     for (const file of now.files) files.append(make("a", { href: `jobs/${job.number}/${file}`, textContent: file, ...(file.endsWith(".html") ? { target: "_blank" } : { download: file }) }), " ");
     for (const e of now.errors ?? []) {
       pick("none").hidden = true; pick("compare").hidden = false;
-      pick("compare").tBodies[0].append(make("tr", {}, ...[now.number, now.verb, now.model, e.role, e.channel, `${e.rmse.toPrecision(4)} ${e.unit}`].map(t => make("td", { textContent: t }))));
+      pick("compare").tBodies[0].append(make("tr", {}, ...[now.number, now.verb, now.model, e.role, e.channel, e.rmse].map(t => make("td", { textContent: t }))));
     }
   };
   follow();

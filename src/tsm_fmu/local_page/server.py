@@ -66,7 +66,7 @@ def web_app(session: Session) -> Starlette:
 
     async def start(request: Request) -> Any:
         asked = await request.json()
-        job = session.start(asked["verb"], asked["model"], asked["runs"], asked["holdout"])
+        job = session.start(asked["verb"], asked["model"], asked["runs"], asked["holdout"], asked["reference"])
         return job.as_json()
 
     async def jobs(_: Request) -> Any:

@@ -70,8 +70,10 @@ class Session:
         guesses = propose(self._log(name), model).guesses
         return {g.column: f"{g.name} [{g.unit}]" if g.unit else g.name for g in guesses}
 
-    def start(self, verb: str, model: str, runs: Sequence[str], holdout: Sequence[str]) -> Job:
-        """Start a fit or a diagnosis.
+    def start(
+        self, verb: str, model: str, runs: Sequence[str], holdout: Sequence[str], reference: Sequence[str] = ()
+    ) -> Job:
+        """Start a fit or a diagnosis; reference runs are for a diagnosis.
 
         Raises
         ------
@@ -83,8 +85,10 @@ class Session:
         if not runs:
             raise InputError("no log to fit -- expected at least one -- choose it in the list")
         number = len(self.jobs)
-        fitted, judged = ([(self._log(name), self.maps[name]) for name in names] for names in (runs, holdout))
-        job = Job(number, Request(verb, model, fitted, judged, self.folder / f"job-{number}"))
+        fitted, judged, without = (
+            [(self._log(name), self.maps[name]) for name in names] for names in (runs, holdout, reference)
+        )
+        job = Job(number, Request(verb, model, fitted, judged, without, self.folder / f"job-{number}"))
         job.start()
         self.jobs.append(job)
         return job
@@ -92,7 +96,7 @@ class Session:
     def close(self) -> None:
         """End what still runs."""
         for job in self.jobs:
-            job.cancel()
+            job.end()
 
     def _record(self, name: str, mapping: Maps) -> Record:
         path = self._log(name)
