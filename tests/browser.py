@@ -53,12 +53,13 @@ def measured(page: Path, *, width: int = 400, dark: bool = False) -> dict[str, A
     """What a window of that width shows of a page once all of its plots are drawn.
 
     ``width`` of the content, tags of elements that stand out to the right (``wide``), ``frames`` for plots, ``drawn``
-    ones, contrast of the text (``ink``, ``paper`` as CSS colours), and ``ends``: right ends of the drawings.
+    ones, contrast of the text (``ink``, ``paper`` as CSS colours), right ``ends`` of the drawings, and `barriers`.
     """
     with opened(page, width=width, dark=dark) as window:
         window.wait_for_function("[...document.querySelectorAll('[data-plot]')].every(p => p.dataset.drawn)")
         window.wait_for_timeout(300)
-        return window.evaluate(
+        found = barriers(window)
+        seen = window.evaluate(
             """() => {
             const d = document, plots = [...d.querySelectorAll("[data-plot]")];
             return {
@@ -70,6 +71,14 @@ def measured(page: Path, *, width: int = 400, dark: bool = False) -> dict[str, A
               ink: getComputedStyle(d.body).color, paper: getComputedStyle(d.body).backgroundColor
             }}"""
         )
+        return seen | {"barriers": found}
+
+
+def barriers(window: Page) -> list[str]:
+    """What axe-core finds in a page that keeps people from reading it: rule and places, a line each."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-playwright-python is not installed")
+    found = axe.Axe().run(window).response["violations"]
+    return [f"{v['id']}: {', '.join(str(n['target']) for n in v['nodes'][:5])}" for v in found]
 
 
 def assert_readable(page: Path, *, width: int = 400, dark: bool = False) -> dict[str, Any]:
@@ -78,6 +87,7 @@ def assert_readable(page: Path, *, width: int = 400, dark: bool = False) -> dict
     seen = measured(page, width=width, dark=dark)
     assert seen["width"] <= width
     assert seen["wide"] == []
+    assert seen["barriers"] == []
     assert seen["drawn"] == seen["frames"]
     assert max(seen["ends"], default=0) <= width + 0.5
     ink, paper = (sum(map(int, re.findall(r"\d+", seen[side])[:3])) for side in ("ink", "paper"))
