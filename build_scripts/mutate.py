@@ -216,7 +216,8 @@ class Covered:
         for folder in folders:
             place = copy / folder
             for tests in sorted(place.rglob("test_*.py")) if place.is_dir() else [place]:
-                name = hashlib.sha256(state.digest() + str(tests).encode() + tests.read_bytes()).hexdigest()[:20]
+                told = state.digest() + str(tests.relative_to(copy)).encode() + tests.read_bytes()
+                name = hashlib.sha256(told).hexdigest()[:20]
                 kept = WORK / "covered" / f"{name}.json"
                 if not kept.is_file():
                     kept.parent.mkdir(parents=True, exist_ok=True)

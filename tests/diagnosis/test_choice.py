@@ -10,14 +10,10 @@ import pytest
 
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, interleaved, shortlist
 from tsm_fmu.diagnosis.choice.supported import Choice, choice_of, dominated, indistinguishable, log_residual
-from tsm_fmu.diagnosis.criteria import (
-    CLEAN_EFFECT_SPREAD_SHARE,
-    DIFFERENCE_DEVIANCE,
-    EFFECT_SPREAD_SHARE,
-    FIT_SPREAD_SHARE,
-    LAW_FORM_SHARE,
-)
 
+EFFECT_SPREAD_SHARE, CLEAN_EFFECT_SPREAD_SHARE, FIT_SPREAD_SHARE = 0.012, 0.006, 0.003
+LAW_FORM_SHARE, DIFFERENCE_DEVIANCE, CONVERGED_SHARE = 0.03, 8.0, 0.002
+"""As docs/diagnosis.md lists them: numbers of this test, not of the code under test."""
 SPREAD = 3.7
 MANY = 1e5
 
@@ -64,6 +60,16 @@ def test_a_smaller_effect_is_named_where_it_removes_nearly_all_of_the_gap() -> N
     assert names(choice_of([plain, everywhere], plain)) == [("inertia",)]
     only_measured = made("inertia", 0.2 * CLEAN_EFFECT_SPREAD_SHARE, 0.9 * CLEAN_EFFECT_SPREAD_SHARE)
     assert names(choice_of([plain, only_measured], plain)) == [()]
+
+
+@pytest.mark.parametrize(("part", "named"), [(0.9, False), (1.1, True)])
+def test_eight_of_deviance_tell_two_hypotheses_apart(part: float, named: bool) -> None:
+    """With 60 independent samples chance makes 8/60 of what the better one leaves, beyond the limit of an effect."""
+    better = 0.05
+    gap = EFFECT_SPREAD_SHARE**2 + DIFFERENCE_DEVIANCE * better**2 / 60.0
+    removed = part * gap / (1.0 - part * LAW_FORM_SHARE)  # and the form of a law
+    plain = made("", float(np.sqrt(better**2 + removed)), effective=60.0)
+    assert bool(choice_of([plain, made("inertia", better, effective=60.0)], plain).winner.effects) is named
 
 
 @pytest.mark.parametrize(("effective", "named"), [(19.0, False), (2000.0, True)])
@@ -139,6 +145,39 @@ def test_of_equals_the_one_that_needs_more_parameters_is_dropped() -> None:
     assert len(choice_of([plain, better, few], plain).supported) == 2
     noisy = made("acceleration_branches", 0.0297, parameters=9, effective=31.0)
     assert dominated(noisy, made("inertia", 0.03, parameters=6, effective=31.0))  # two per cent are noise
+
+
+@pytest.mark.parametrize(("more", "as_little"), [(0.9, True), (1.1, False)])
+@pytest.mark.parametrize("where", ["measured", "held out"])
+def test_what_leaves_as_little_with_fewer_parameters_does_so_on_held_out_runs_too(
+    more: float, as_little: bool, where: str
+) -> None:
+    """Refits end 0.2 % apart in mean square, and noise makes 8 over the independent samples of it."""
+    rest = float(np.sqrt(1.0 + more * (CONVERGED_SHARE + DIFFERENCE_DEVIANCE / 5000.0)))
+    measured, held = (rest, 1.0) if where == "measured" else (1.0, rest)
+    many = made("acceleration_branches", 0.03, 0.04, parameters=9, effective=5000.0)
+    few = made("inertia", 0.03 * measured, 0.04 * held, parameters=6, effective=5000.0)
+    assert dominated(many, few) is as_little
+    assert not dominated(few, many)
+
+
+def test_a_correction_of_form_hides_behind_the_others_with_all_that_it_adds() -> None:
+    """Wear hides behind thermal, inertia does not: the three are no correction of thermal alone."""
+    plain, one = made("", 0.4), made("thermal", 0.1)
+    three, two = made("thermal wear inertia", 0.05), made("thermal wear", 0.05)
+    assert names(choice_of([plain, one, three], plain)) == [("thermal", "wear", "inertia")]
+    assert names(choice_of([plain, one, two], plain)) == [("thermal",)]
+
+
+@pytest.mark.parametrize(("lag", "alike"), [(0.3, True), (0.1, False)])
+def test_what_a_freedom_removes_of_the_common_part_is_of_the_allowance(lag: float, alike: bool) -> None:
+    """Both have inertia: what is left with it alone is 0.05, and what its lag removes, which neither of them has."""
+    plain = made("", 0.9)
+    common = made("inertia", 0.05, nuisance_specs={"sensor_lag@F": lag})
+    best, rival = made("inertia stribeck", 0.031), made("inertia delay", float(np.sqrt(0.031**2 + 0.002)))
+    removed = 0.05**2 + lag**2 - 0.031**2
+    assert (0.002 < LAW_FORM_SHARE * removed + FIT_SPREAD_SHARE**2) is alike
+    assert indistinguishable(rival, best, plain, [common]) is alike
 
 
 def test_a_freedom_that_does_much_is_an_effect_as_any_other() -> None:

@@ -9,6 +9,7 @@ from typing import cast
 import numpy as np
 import pytest
 
+from tsm_fmu.diagnosis.choice import patches as module
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, hypothesis
 from tsm_fmu.diagnosis.choice.patches import without_patches
 from tsm_fmu.diagnosis.choice.supported import Choice
@@ -69,6 +70,47 @@ def test_where_no_effect_removes_more_than_is_left_none_is_named() -> None:
     choice = without_patches(Choice(strong, (strong,)), [made([], [0.0049]), strong], np.array([True]), [])
     assert choice is not None
     assert choice.winner.effects == ("creep",)  # half of what is left is enough for the one that removes most
+
+
+def test_what_is_left_of_several_answers_is_said_once_and_with_the_fewest() -> None:
+    """Two pairs whose second effect is a patch of the same first are one answer; a longer one beside it is none."""
+    alone = made(["inertia"], [0.0031])
+    pairs = [made(["inertia", other], [0.0019]) for other in ("creep", "delay")]
+    singles = [made(["creep"], [0.0057]), made(["delay"], [0.0061])]
+    every = [alone, *singles, *pairs]
+    choice = without_patches(Choice(pairs[0], tuple(pairs)), every, np.array([True]), [])
+    assert choice is not None
+    assert [h.effects for h in choice.supported] == [("inertia",)]
+    two = made(["backlash@F", "viscous"], [0.0009])
+    every += [made(["backlash@F"], [0.0051]), made(["viscous"], [0.0044]), two]
+    choice = without_patches(Choice(pairs[0], (pairs[0], two)), every, np.array([True]), [])
+    assert choice is not None
+    assert [h.effects for h in choice.supported] == [("inertia",)]
+
+
+@pytest.mark.parametrize(("removed", "named"), [(0.013, True), (0.011, False)])
+def test_an_effect_below_the_form_of_any_model_is_none_however_little_is_left(removed: float, named: bool) -> None:
+    one = made(["creep"], [1e-6])
+    choice = without_patches(Choice(one, (one,)), [made([], [1e-6 + removed**2]), one], np.array([True]), [])
+    assert (choice is not None) is named
+
+
+def test_what_nobody_fitted_is_refitted_without_each_patch(monkeypatch: pytest.MonkeyPatch) -> None:
+    taken: list[str] = []
+
+    def without(fitted: Fitted, spec: str, nuisances: Sequence[str]) -> Fitted:
+        taken.append(spec)
+        return fitted
+
+    monkeypatch.setattr(module, "refit_without", without)
+    monkeypatch.setattr(module, "hypothesis", lambda added, fitted, *_: made(added, [0.0033]))
+    one = made(["inertia", "creep", "delay"], [0.0019])
+    known = [made(["inertia", "delay"], [0.0020]), made(["inertia", "creep"], [0.0021]),
+             made(["creep", "delay"], [0.0119])]  # fmt: skip
+    choice = without_patches(Choice(one, (one,)), [*known, one], np.array([True]), [])
+    assert choice is not None
+    assert choice.winner.added == ("inertia",)
+    assert taken == ["creep", "delay"]
 
 
 def test_a_freedom_that_is_a_patch_is_form() -> None:
