@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tsm_fmu.card import CardParameter, ModelCard, Provenance, RecordUsed, read_card, write_card
+from tsm_fmu.card import FORMAT, CardParameter, Correlation, ModelCard, Provenance, RecordUsed, read_card, write_card
 from tsm_fmu.models.contract import InputError
 
 CARD = ModelCard(
@@ -120,3 +121,85 @@ def test_reading_never_runs_what_the_card_says(tmp_path: Path) -> None:
     path.write_text('format = 1\nmodel = "os.system"\n', encoding="utf-8")
     with pytest.raises(InputError, match=r"model 'os\.system' -- expected one of"):
         read_card(path)
+
+
+ERRORS = Correlation(("c", "x_0", "beta"), ((1.0, 0.3, -0.2), (0.3, 1.0, 0.0), (-0.2, 0.0, 1.0)), ("c", "beta"))
+KNOWN = replace(CARD, correlation=ERRORS)
+ALONG = ((1.0, 1.0, 0.0), (1.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+"""Two parameters that are known as one: the smallest eigenvalue is 0."""
+
+
+@pytest.mark.parametrize("errors", [ERRORS, replace(ERRORS, matrix=ALONG), Correlation((), (), ())])
+def test_correlations_read_back_equal(tmp_path: Path, errors: Correlation) -> None:
+    assert read_card(written(tmp_path, replace(KNOWN, correlation=errors))).correlation == errors
+
+
+BAD_CORRELATIONS = {
+    "twice": ({"names": ("c", "c", "beta")}, r"correlation\.names = .* that have a stderr \(c, beta, x_0\), each once"),
+    "no error": ({"names": ("c", "x_0", "alpha")}, r"correlation\.names"),
+    "not of the names": ({"logarithm": ("c", "alpha")}, r"correlation\.logarithm = .* some of its names"),
+    "a row less": ({"matrix": ERRORS.matrix[:2]}, r"correlation\.matrix = .* expected 3 rows of 3 numbers"),
+    "a row more": ({"matrix": (*ERRORS.matrix, ERRORS.matrix[0])}, r"expected 3 rows of 3 numbers"),
+    "too long": ({"matrix": (*ERRORS.matrix[:2], (-0.2, 0.0, 1.0, 0.0))}, r"expected 3 rows of 3 numbers"),
+    "too short": ({"matrix": (*ERRORS.matrix[:2], (-0.2, 0.0))}, r"expected 3 rows of 3 numbers"),
+    "no rows": ({"matrix": (1.0, 0.3, -0.2)}, r"expected 3 rows of 3 numbers"),
+    "words": ({"matrix": (*ERRORS.matrix[:2], (-0.2, 0.0, "one"))}, r"expected 3 rows of 3 numbers"),
+    "yes or no": ({"matrix": (*ERRORS.matrix[:2], (-0.2, 0.0, True))}, r"expected 3 rows of 3 numbers"),
+    "not finite": ({"matrix": (*ERRORS.matrix[:2], (-0.2, math.nan, 1.0))}, r"expected a correlation: symmetric"),
+    "not symmetric": ({"matrix": (*ERRORS.matrix[:2], (-0.2, 1e-3, 1.0))}, r"expected a correlation: symmetric"),
+    "not 1": ({"matrix": (*ERRORS.matrix[:2], (-0.2, 0.0, 1.001))}, r"expected a correlation: symmetric, 1 on the"),
+    "not positive": (
+        {"matrix": ((1.0, 0.8, -0.8), (0.8, 1.0, 0.8), (-0.8, 0.8, 1.0))}, r"no negative eigenvalue"
+    ),
+    "slightly negative": (
+        {"matrix": ((1.0, 1.0005, 0.0), (1.0005, 1.0, 0.0), (0.0, 0.0, 1.0))}, r"no negative eigenvalue"
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", BAD_CORRELATIONS)
+def test_what_is_no_correlation_is_refused_with_its_key(tmp_path: Path, what: str) -> None:
+    change, message = BAD_CORRELATIONS[what]
+    with pytest.raises(InputError, match=message) as caught:
+        read_card(written(tmp_path, replace(KNOWN, correlation=replace(ERRORS, **change))))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_logarithm_needs_a_value_that_is_not_zero(tmp_path: Path) -> None:
+    at_zero = {**CARD.parameters, "x_0": CardParameter(0.0, "rad", 3.1e-4)}
+    card = replace(KNOWN, parameters=at_zero)
+    assert read_card(written(tmp_path, card)) == card
+    with pytest.raises(
+        InputError, match=r"correlation\.logarithm = \['x_0'\] -- expected some of its names, of values"
+    ):
+        read_card(written(tmp_path, replace(card, correlation=replace(ERRORS, logarithm=("x_0",)))))
+
+
+@pytest.mark.parametrize(
+    ("value", "lo", "hi", "inside"),
+    [(0.9, 0.9, 1.0, True), (0.9, 0.8, 0.9, True), (0.9, 0.9000001, 1.0, False), (0.9, 0.8, 0.8999999, False)],
+)
+def test_a_value_may_stand_on_its_own_bounds_and_not_beyond(
+    tmp_path: Path, value: float, lo: float, hi: float, inside: bool
+) -> None:
+    card = replace(CARD, parameters={**CARD.parameters, "c": CardParameter(value, "1", 0.0, lo, hi)})
+    if inside:
+        assert read_card(written(tmp_path, card)) == card
+        return
+    with pytest.raises(InputError, match=r"parameters\.c\.value = 0\.9 -- expected a value in its own bounds"):
+        read_card(written(tmp_path, card))
+
+
+def test_a_card_of_the_least_says_nothing_of_the_rest(tmp_path: Path) -> None:
+    path = tmp_path / "least.toml"
+    path.write_text('format = 1\nmodel = "PairedTsmBacklash"\n[parameters.c]\nvalue = 1\nunit = "1"\n')
+    card = read_card(path)
+    assert card.parameters == {"c": CardParameter(1.0, "1", None, -math.inf, math.inf, fixed=False)}
+    assert (card.preset, card.effects, card.per_run, card.correlation, card.version) == ("", (), {}, None, FORMAT)
+    assert card.provenance == Provenance((), "", 0, "", "")
+    for version in (0, 3):
+        path.write_text(f'format = {version}\nmodel = "PairedTsmBacklash"\n')
+        with pytest.raises(
+            InputError, match=rf"format = {version} -- expected format 1 or 2, which this version reads"
+        ):
+            read_card(path)

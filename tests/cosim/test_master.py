@@ -77,6 +77,21 @@ def test_initialisation_hands_values_on_through_the_whole_chain(foreign):
     assert simulate_system(system, 0.1, 0.05).columns["g3.y"] == pytest.approx([0.9 * 1.7**3] * 3, rel=1e-14)
 
 
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize(("factor", "offset"), [(1.0, 0.37), (1.0, -0.37), (-2.5, 0.0), (-2.5, 0.37), (1.0, 0.0)])
+def test_a_connection_carries_factor_times_value_plus_offset(foreign, factor, offset, compiled):
+    system = System(
+        (
+            Component("x", foreign["integrator"], {"x_0": 1.3, "u": 0.7}),
+            Component("g", foreign["gain"], {"k": 3.1, "u_2": 0.0}),
+        ),
+        (Connection("x.x", "g.u", factor=factor, offset=offset),),
+    )
+    run = simulate_system(system, 0.1, 0.01, compiled=compiled)
+    assert run.columns["g.y"] == pytest.approx(3.1 * (factor * run.columns["x.x"] + offset), rel=1e-14)
+    assert run.columns["x.x"] == pytest.approx(1.3 + 0.7 * np.arange(11) * 0.01, rel=1e-13)
+
+
 def test_typed_ports_carry_their_values(foreign):
     links = tuple(
         Connection(f"t.{a}", f"t.{b}") for a, b in (("n_next", "n"), ("inverse", "flag"), ("greeting", "text"))

@@ -67,6 +67,19 @@ def test_inertia_is_unexcited_in_slow_motion_only(rig: Rig, known: dict[str, flo
     assert listed(fast, asked) == ()
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e-3, 4.1e3], ids=["N", "kN", "mN or so"])
+@pytest.mark.parametrize(("noise", "shown"), [(0.004, True), (1.9, False)])
+def test_what_shows_must_show_in_the_noise_whatever_the_unit(
+    rig: Rig, known: dict[str, float], noise: float, shown: bool, unit: float
+) -> None:
+    """Inertia makes some per cent of the force here: noise of three times the force hides it, a little does not."""
+    runs = [rig(seed, pace=1.3, noise=noise) for seed in (61, 62)]
+    scaled = [replace(run, targets=unit * run.targets) for run in runs]
+    forces = ("sigma0", "sigma1", "sigma2", "F_c", "F_s")
+    values = {name: value * unit if name in forces else value for name, value in known.items()}
+    assert listed(friction(scaled, values), ["inertia"]) == (() if shown else ("inertia",))
+
+
 def test_a_lag_of_the_sensor_needs_speed_as_well(rig: Rig, known: dict[str, float]) -> None:
     slow = friction([rig(53, pace=0.06, noise=0.02)], known)
     assert listed(slow, ["sensor_lag@F", "delay@F"]) == ("sensor_lag", "delay")

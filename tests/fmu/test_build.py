@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tsm_fmu import InputError
-from tsm_fmu.fmu import slave
+from tsm_fmu.fmu import build, slave
 from tsm_fmu.fmu.build import LOWEST_PYTHON, build_fmu, needed_sources
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models import MODELS
@@ -61,6 +61,14 @@ def test_start_values_and_name_change_the_guid(fmu, tmp_path):
 def test_start_values_equal_to_the_defaults_are_the_same_fmu(fmu, tmp_path):
     same = build_fmu(kernel(NAME), tmp_path, start_values={"alpha": 10.1062, "c": 1.00056})
     assert same.read_bytes() == fmu.read_bytes()
+
+
+@pytest.mark.parametrize("part", [0.9, 1.05])
+def test_values_above_and_below_the_defaults_are_written_and_no_others(part):
+    model = kernel(NAME)
+    given = {name: model.named(model.params())[name] * part for name in ("alpha", "beta")}
+    assert build._changed(model, model.params(values=given)) == given
+    assert build._changed(model, model.params()) == {}
 
 
 def test_archive_is_deflated_and_undated(fmu):

@@ -174,20 +174,3 @@ def test_wrong_use_is_one_line(path, options, message):
         tsm.monte_carlo(path, **{"cards": {"error": CARD}, **options})
     assert message in str(wrong.value)
     assert str(wrong.value).count(" -- ") == 2
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"names": ("k1", "k3")}, "correlation.names"),
-        ({"logarithm": ("k3",)}, "correlation.logarithm"),
-        ({"matrix": ((1.0,), (0.1,))}, "2 rows of 2 numbers"),
-        ({"matrix": ((1.0, 0.2), (0.3, 1.0))}, "expected a correlation: symmetric"),
-        ({"matrix": ((1.0, 1.2), (1.2, 1.0))}, "no negative eigenvalue"),
-    ],
-)
-def test_a_correlation_that_is_none_is_refused_with_its_key(tmp_path, change, message):
-    assert CARD.correlation is not None
-    write_card(tmp_path / "card.toml", replace(CARD, correlation=replace(CARD.correlation, **change)))
-    with pytest.raises(InputError, match=message):
-        read_card(tmp_path / "card.toml")
