@@ -219,7 +219,7 @@ def test_numbers_whose_squares_vanish_are_described(folder):
 @pytest.mark.skipif(os.name == "nt", reason="pipes of POSIX")
 def test_a_reader_that_goes_away_is_no_error():
     list_it = subprocess.Popen(
-        [sys.executable, "-m", "tsm_fmu", "list"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "tsm_fmu", "list", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     assert list_it.stdout is not None
     assert list_it.stderr is not None

@@ -8,6 +8,7 @@ import pytest
 
 from tsm_fmu import InputError, __version__
 from tsm_fmu.cli.app import app, run, settings
+from tsm_fmu.effects import EFFECTS
 from tsm_fmu.models import MODELS
 
 
@@ -42,10 +43,21 @@ def test_list_json_is_one_object_with_the_promised_keys(capsys):
         assert {"inputs", "outputs", "parameters", "presets"} <= set(described)
 
 
-def test_list_names_every_variable_with_its_unit(capsys):
+def test_list_is_an_overview_whose_names_are_never_cut(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "50")
     assert run(["list"]) == 0
     shown = capsys.readouterr().out
-    assert "PairedTsmBacklash" in shown
+    first_words = {line.split()[0] for line in shown.splitlines() if line.strip()}
+    assert first_words >= {module.NAME for module in (*MODELS, *EFFECTS)}
+    assert "tsm-fmu list NAME" in shown
+    monkeypatch.setenv("COLUMNS", "80")
+    assert run(["list"]) == 0
+    assert capsys.readouterr().out.count("\n") < 3 * (len(MODELS) + len(EFFECTS))
+
+
+def test_list_of_a_model_names_every_variable_with_its_unit(capsys):
+    assert run(["list", "PairedTsmBacklash"]) == 0
+    shown = capsys.readouterr().out
     assert "1/rad" in shown
 
 
@@ -98,9 +110,9 @@ def test_a_defect_of_ours_is_exit_code_1_with_the_traceback(failing_verb, capsys
 
 def test_list_shows_effects_with_units_in_brackets(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
-    assert run(["list"]) == 0
+    assert run(["list", "sensor_lag"]) == 0
     shown = capsys.readouterr().out
-    assert "load_dependence" in shown
+    assert "sensor_lag" in shown
     assert "tau [s]" in shown  # a bracket is text here, not a style of the console
 
 

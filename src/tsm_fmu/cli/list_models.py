@@ -1,4 +1,4 @@
-"""``tsm-fmu list``: models, effects, presets and variables with units; of one of them its equations."""
+"""``tsm-fmu list``: models and effects, a line each; of one of them its equations, presets and variables with units."""
 
 from __future__ import annotations
 
@@ -19,10 +19,12 @@ from .app import AsJson, app, print_json
 
 @app.command("list")
 def list_models(
-    name: Annotated[str, typer.Argument(help="A model or an effect: its equations too.", show_default=False)] = "",
+    name: Annotated[
+        str, typer.Argument(help="A model or an effect: its equations, presets and variables.", show_default=False)
+    ] = "",
     as_json: AsJson = False,
 ) -> None:
-    """Models, effects, presets, variables with units; of one of them its equations too."""
+    """Models and effects; of one of them its equations, presets and variables with units."""
     kernels, effects = ([k for k in map(Kernel, modules) if name in ("", k.name)] for modules in (MODELS, EFFECTS))
     if not kernels and not effects:
         known = ", ".join(module.NAME for module in (*MODELS, *EFFECTS))
@@ -32,12 +34,27 @@ def list_models(
         print_json({"models": described, "effects": {k.name: _described_effect(k) for k in effects}})
         return
     console = Console()
-    if name:
-        console.print(escape((kernels or effects)[0].module.__doc__ or ""), highlight=False, soft_wrap=True)
+    if not name:
+        console.print(_overview("Models", [(k.name, k) for k in kernels]))
+        effect_titles = [(f"{k.name} ({k.module.ABOUT.family})", k) for k in effects]
+        console.print(_overview("Effects: attach one as MODEL+effect, or MODEL+effect@channel", effect_titles))
+        console.print("Equations, source, presets and variables of one: tsm-fmu list NAME; all as data: --json")
+        return
+    console.print(escape((kernels or effects)[0].module.__doc__ or ""), highlight=False, soft_wrap=True)
     for k in kernels:
         console.print(_variables(k))
     if effects:
         console.print(_effects(effects))
+
+
+def _overview(title: str, named: Sequence[tuple[str, Kernel]]) -> Table:
+    """A line each: the name and the first sentence of its text."""
+    table = Table(title=title, title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
+    table.add_column(no_wrap=True, min_width=max(len(shown) for shown, _ in named))
+    table.add_column()
+    for shown, k in named:
+        table.add_row(escape(shown), escape((k.module.__doc__ or "").partition("\n\n")[0].replace("\n", " ")))
+    return table
 
 
 def _variables(k: Kernel) -> Table:
