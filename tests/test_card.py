@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tsm_fmu.card import FORMAT, CardParameter, Correlation, ModelCard, Provenance, RecordUsed, read_card, write_card
@@ -59,6 +59,7 @@ def test_parameters_of_one_run_replace_the_shared_value(tmp_path: Path) -> None:
         card.params("02")
 
 
+@settings(deadline=None, derandomize=True, database=None)
 @given(st.text(), st.floats(allow_nan=False, allow_infinity=False))
 def test_any_run_name_and_number_survive(tmp_path_factory: pytest.TempPathFactory, name: str, value: float) -> None:
     path = tmp_path_factory.getbasetemp() / "any.toml"
