@@ -240,7 +240,7 @@ class Covered:
         text = (copy / mutant.file).read_text(encoding="utf-8")
         statement = _statement(ast.parse(text), mutant.line)
         tests = self._running(mutant.file, range(statement[0], statement[1] + 1))
-        if not tests:
+        if not tests and any(n in self.lines.get(str(mutant.file), {}) for n in range(statement[0], statement[1] + 1)):
             tests = self._importing(copy, mutant.file, text, statement)
         if not tests:
             tests = set(named_after(mutant.file, self.seconds))

@@ -67,7 +67,7 @@ def test_a_line_belongs_to_its_innermost_statement(mutate, line, statement):
 
 def test_tests_of_a_line_are_those_that_run_it_cheapest_first_within_the_budget(mutate, tmp_path):
     (tmp_path / "f.py").write_text(TEXT)
-    lines = {"f.py": {6: ["t::a", "t::b", "t::c"], 7: ["t::b"], 8: ["t::c", "t::a", "t::d"]}}
+    lines = {"f.py": {2: [""], 5: [""], 6: ["t::a", "t::b", "t::c"], 7: ["t::b"], 8: ["t::c", "t::a", "t::d"]}}
     covered = mutate.Covered(lines, {"t::a": 2.0, "t::b": 1.0, "t::c": 0.5, "t::d": 100.0})
 
     def asked(line: int) -> list[str]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import combinations
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -39,6 +42,39 @@ def excited(name: str, channels: tuple[str, ...], fixed: tuple[str, ...] = ()) -
 )
 def test_linear_parameters(name: str, channels: tuple[str, ...], linear: set[str]) -> None:
     assert linear_parameters(excited(name, channels)) == linear
+
+
+def test_the_run_that_moves_is_the_one_that_tells() -> None:
+    moving = excited("PairedTsmBacklash", ("x_out",))
+    (run,) = moving.runs
+    still = replace(run, name="still", inputs=np.full_like(run.inputs, 0.2))
+    expected = linear_parameters(moving)
+    assert "c" in expected
+    for runs in ([still, run], [run, still]):
+        assert linear_parameters(moving.with_runs(runs)) == expected
+
+
+def test_a_step_of_the_probe_is_a_part_of_the_range_that_bounds_leave(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = excited("PairedTsmBacklash", ("x_out",))
+    narrow = {"c": (0.999, 1.002), "alpha": (10.1, 10.11), "beta": (-0.917, -0.9168)}
+    space = problem.space
+    for name, (lo, hi) in narrow.items():
+        space = space.with_bounds(name, lo=lo, hi=hi)
+    rows, original = [], Problem.outputs
+
+    def spy(self: Problem, k: int, row: np.ndarray) -> np.ndarray:
+        rows.append(row.copy())
+        return original(self, k, row)
+
+    monkeypatch.setattr(Problem, "outputs", spy)
+    assert {"c", "beta"} <= linear_parameters(replace(problem, space=space))
+    moves: dict[str, list[float]] = {}
+    for one, other in combinations(rows, 2):
+        (moved,) = np.nonzero(one != other)
+        if moved.size == 1:
+            moves.setdefault(problem.fields[moved[0]], []).append(abs(float((one - other)[moved[0]])))
+    for name, (lo, hi) in narrow.items():
+        assert 0.0 < max(moves[name]) <= 0.8 * (hi - lo) * (1.0 + 1e-9)
 
 
 def test_a_product_of_two_parameters_is_not_eliminated_as_a_pair() -> None:

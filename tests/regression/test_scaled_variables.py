@@ -1,0 +1,89 @@
+"""From the optimiser's variables to values and back: the same table, the bounds, and what a condition refuses."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.regression.problem import FitRun, Problem
+from tsm_fmu.regression.scaled_variables import DECADES, ScaledVariables, logarithm_sign
+from tsm_fmu.regression.specification import per_run_fields, search_space
+
+MODEL = kernel("PairedTsmBacklash")
+SCALES = {"c": 0.31, "beta": 0.17, "alpha": 4.9, "x_0": 0.023, "x_h_0": math.inf}
+
+
+@pytest.fixture
+def variables() -> ScaledVariables:
+    t = 0.01 * np.arange(50)
+    runs = [FitRun(f"r{k}", t, np.sin(t + k)[:, None], np.cos(t)[:, None]) for k in range(3)]
+    problem = Problem(MODEL, runs, ("x_out",), search_space(MODEL, per_run=per_run_fields(MODEL)))
+    table = problem.start()
+    table[:, problem.fields.index("x_0")] = [0.1, -0.2, 0.3]
+    return ScaledVariables(problem, problem.shared, problem.per_run, SCALES, table)
+
+
+def test_values_are_their_centre_and_their_scale_times_the_variable(variables: ScaledVariables) -> None:
+    rng = np.random.default_rng(4)
+    q = variables.of(variables.anchor) + rng.uniform(-0.03, 0.03, len(variables.axes))
+    table = variables.table(q)
+    for axis, one in zip(variables.axes, q, strict=True):
+        anchor = variables.anchor[axis.run or 0, axis.column]
+        scale = SCALES[axis.field] if math.isfinite(SCALES[axis.field]) else max(abs(anchor), 1.0)
+        expected = math.copysign(math.exp(one), axis.sign) if axis.sign else anchor + scale * one
+        rows = range(3) if axis.run is None else [axis.run]
+        assert [table[k, axis.column] for k in rows] == pytest.approx([expected] * len(rows), rel=1e-12)
+    assert variables.of(table) == pytest.approx(q, abs=1e-9)
+    assert variables.accepts(q)
+
+
+def test_each_shared_field_moves_alone_and_one_of_each_run_at_once(variables: ScaledVariables) -> None:
+    fields = [{variables.axes[i].field for i in group} for group in variables.groups]
+    assert sorted(next(iter(f)) for f in fields if len(f) == 1) == ["alpha", "beta", "c", "x_0", "x_h_0"]
+    assert sorted(len(group) for group in variables.groups) == [1, 1, 1, 3, 3]
+    assert sorted(i for group in variables.groups for i in group) == list(range(len(variables.axes)))
+
+
+def test_bounds_are_those_of_the_space_in_the_same_scale(variables: ScaledVariables) -> None:
+    for axis in variables.axes:
+        parameter = variables.problem.space[axis.field]
+        if axis.sign:
+            low, high = math.exp(axis.lo), math.exp(axis.hi)
+            start = abs(axis.centre)
+            near, far = sorted((abs(parameter.lo), abs(parameter.hi)))
+            assert low == pytest.approx(max(near, start * 10.0**-DECADES), rel=1e-9)
+            assert high == pytest.approx(min(far, start * 10.0**DECADES), rel=1e-9)
+        else:
+            ends = (axis.centre + axis.scale * axis.lo, axis.centre + axis.scale * axis.hi)
+            assert ends == pytest.approx((parameter.lo, parameter.hi), rel=1e-9)
+    far = variables.of(np.full_like(variables.anchor, 1e9))
+    assert (far > variables.lo).all()
+    assert (far < variables.hi).all()
+
+
+def test_what_a_condition_refuses_is_drawn_back_to_its_edge_along_the_line(variables: ScaledVariables) -> None:
+    """C + beta > 0: on the way from the anchor to a point beyond, the last value that is allowed."""
+    names = [axis.field for axis in variables.axes]
+    here = variables.of(variables.anchor)
+    q = here.copy()
+    q[names.index("c")] -= 2.0  # c = 1.00056 - 0.62
+    assert not variables.accepts(q)
+    table = variables.table(q)
+    c, beta = (table[0, variables.problem.fields.index(n)] for n in ("c", "beta"))
+    assert 0.0 < c + beta < 1e-9
+    moved = variables.of(table) - here
+    assert moved[[i for i, n in enumerate(names) if n != "c"]] == pytest.approx(0.0, abs=1e-5)
+    both = here.copy()
+    both[names.index("c")] -= 2.0
+    both[names.index("x_0")] += 0.4
+    moved = variables.of(variables.table(both)) - here
+    assert moved[names.index("x_0")] / moved[names.index("c")] == pytest.approx(-0.2, rel=1e-3)  # along the line
+
+
+def test_only_a_bound_of_zero_that_is_open_makes_a_logarithm() -> None:
+    signs = {v.name: logarithm_sign(v.quantity) for v in MODEL.parameters}
+    assert signs["alpha"] == 1.0
+    assert signs["x_0"] == 0.0
