@@ -77,6 +77,20 @@ def test_noise_floor_is_what_does_not_repeat() -> None:
     assert floor[0] == pytest.approx(0.0031, rel=0.05)
 
 
+@pytest.mark.parametrize("growth", [0.0, 0.01])
+def test_a_floor_that_the_fit_undercuts_is_not_told(growth: float) -> None:
+    """Strokes that differ by a per cent differ in their outputs too, which is no noise: the fit explains it."""
+    rng = np.random.default_rng(35)
+    t = np.arange(0.0, 14.0, 0.005)
+    x = 0.5 * np.sin(math.pi * t) * (1.0 + growth * np.repeat(rng.standard_normal(7), 400))
+    x_out = 0.9 * x - 1.2 + 0.0011 * rng.standard_normal(t.size)
+    fixed = {"beta": -1e-9, "alpha": 10.0, "x_h_0": 0.0}
+    space = search_space(BACKLASH, values=fixed, fixed=list(fixed))
+    found = fit(BACKLASH, [FitRun("p", t, x[:, None], x_out[:, None])], ("x_out",), space)
+    assert found.measured["x_out"].rmse == pytest.approx(0.0011, rel=0.1)
+    assert found.noise_floor == ({} if growth else {"x_out": pytest.approx(0.0011, rel=0.1)})
+
+
 def test_no_noise_floor_without_a_period() -> None:
     t = np.arange(0.0, 14.0, 0.005)
     chirp = 0.5 * np.sin(2.0 * math.pi * (0.2 + 0.05 * t) * t)

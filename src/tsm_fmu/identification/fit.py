@@ -31,6 +31,8 @@ from .shortfall import shortfalls
 METHODS = {"fast": MultiStart, "paper": Evolution}
 INTERVALS = ("linear", "profile")
 REWEIGHTINGS = 2
+NOISE_UNDERCUT = 1.1
+"""A fit leaves at least the noise but for what its few values take up: a floor above that many RMSE is none."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,8 @@ class Fit:
     residuals : mapping of str to ResidualTests
         Of each channel over the measured runs.
     noise_floor : mapping of str to float
-        RMS by which each channel does not repeat from period to period, of the measured runs whose motion repeats.
+        RMS by which each channel does not repeat from period to period, of the measured runs whose motion repeats; not
+        of channels in which the fit leaves less than that.
     uncertainty : Uncertainty
     evaluations : int
         Simulations of one run.
@@ -203,7 +206,7 @@ def fit(
     elif not complete:
         notes = ("interrupted: the values are the best until then, not the optimum", *notes)
     pooled = _pooled(problem, [(run, table[k], 0.0) for k, run in enumerate(problem.runs)])
-    residuals, floors = _residual_tests(problem, table), _noise_floor(problem)
+    residuals, floors = _residual_tests(problem, table), _noise_floor(problem, pooled)
     if complete:
         notes += shortfalls(pooled, [r.channels for r in results.values() if r.role == "measured"], floors, residuals)
     return Fit(
@@ -265,11 +268,13 @@ def _residual_tests(problem: Problem, table: FloatArray) -> dict[str, ResidualTe
     return {c: residual_tests(times, [gap[:, j] for gap in gaps]) for j, c in enumerate(problem.channels)}
 
 
-def _noise_floor(problem: Problem) -> dict[str, float]:
+def _noise_floor(problem: Problem, pooled: Mapping[str, Agreement]) -> dict[str, float]:
+    """By channel; one that the fit undercuts is no floor: there the motion repeats only nearly."""
     floors = [floor for run in problem.runs if (floor := noise_floor(run)) is not None]
     if not floors:
         return {}
-    return dict(zip(problem.channels, np.sqrt(np.mean(np.square(floors), axis=0)).tolist(), strict=True))
+    level = np.sqrt(np.mean(np.square(floors), axis=0)).tolist()
+    return {c: one for c, one in zip(problem.channels, level, strict=True) if one < NOISE_UNDERCUT * pooled[c].rmse}
 
 
 def _results(
