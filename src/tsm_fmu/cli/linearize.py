@@ -16,12 +16,13 @@ def linearize(
     what: Annotated[str, typer.Argument(metavar="SCENARIO|FILE.ssp|FILE.fmu", help="Scenario, system or unit.")],
     at: Annotated[float, typer.Option("--at", metavar="S", help="When the working point is reached [s].")],
     source: Annotated[
-        str | None,
-        typer.Option("--input", metavar="COMPONENT.VARIABLE", help="Input; of an FMU VARIABLE."),
-    ] = None,
+        list[str],
+        typer.Option("--input", metavar="COMPONENT.VARIABLE", help="Input; of an FMU VARIABLE; repeatable."),
+    ] = [],  # noqa: B006  typer reads it
     output: Annotated[
-        str | None, typer.Option("--output", metavar="COMPONENT.VARIABLE", help="Output that is looked at.")
-    ] = None,
+        list[str],
+        typer.Option("--output", metavar="COMPONENT.VARIABLE", help="Output that is looked at; repeatable."),
+    ] = [],  # noqa: B006
     closed: Annotated[bool, typer.Option("--closed", help="Leave the loop closed at the input.")] = False,
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder for a page.")] = None,
     values: Values = [],  # noqa: B006  typer reads it

@@ -243,6 +243,11 @@ class FmuInstance:
             self._log.extend(said)
         return None
 
+    def derivative(self, unknowns: Sequence[int], knowns: Sequence[int], time: float) -> list[float]:
+        """Directional derivative of unknowns for a change by 1 of each of the knowns, by value reference."""
+        ask = partial(self._fmu.getDirectionalDerivative, list(unknowns), list(knowns), [1.0] * len(knowns))
+        return list(self._attempt(ask, "getDirectionalDerivative", time))
+
     def save_state(self) -> Any:
         """The complete state, to be given back to `restore_state` and `free_state`."""
         return self._attempt(self._fmu.getFMUState, "getFMUState", math.nan)

@@ -9,7 +9,9 @@ from contextlib import contextmanager
 from typing import Any
 
 from ..models.contract import InputError
+from .derivatives import of_derivatives
 from .fmu_process import Processes
+from .linearize import Linear
 from .master import simulate_system
 from .replay import replay
 from .trajectory import Trajectory
@@ -45,6 +47,10 @@ class Simulations:
     def replay(self, *arguments: Any, **options: Any) -> Trajectory:
         """`replay.replay`; also `SimulationStopped` where the process of the FMU ends or hangs."""
         return replay(*arguments, processes=self._processes, **options)
+
+    def of_derivatives(self, *arguments: Any) -> Linear:
+        """`derivatives.of_derivatives`."""
+        return of_derivatives(*arguments, processes=self._processes)
 
     def close(self) -> None:
         """End the processes."""

@@ -1,18 +1,19 @@
-"""A unit or a loop, linearised about a working point: what a small impulse at an input changes at an output.
+"""A unit or a loop, linearised about a working point: what small impulses at inputs change at outputs.
 
-The system runs twice with the same values but for an impulse of one communication step at the working point, once up
-and once down; the difference is the impulse response of the linear system at the communication points. Where the loop
-is opened, the input gets in both runs what the closed loop gave it: the working point stays that of the loop. The
-response becomes a state space by the eigensystem realisation algorithm (Juang and Pappa, J. Guidance 8 (1985) 620;
-`control.eigensys_realization`), of the lowest order that leaves nothing of it.
+For each input the system runs twice with the same values but for an impulse of one communication step at the working
+point, once up and once down; the difference is the impulse response of the linear system at the communication points.
+Where a loop is opened, the input gets in both runs what the closed loop gave it: the working point stays that of the
+loop. The responses become a state space by the eigensystem realisation algorithm (Juang and Pappa, J. Guidance 8 (1985)
+620; `control.eigensys_realization`), of the lowest order that leaves nothing of them.
 
-No FMU needs derivatives or a saved state for this, and what a discrete controller and the exchange cost is in it.
+No FMU needs derivatives or a saved state for this, and what a discrete controller and the exchange cost is in it. A
+unit that gives the derivatives of its states is linearised by those: `derivatives`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,13 +25,15 @@ from .master import number_of_steps, simulate_system
 from .order import schedule
 from .program import Stimulus
 from .ssp import Case
-from .system import check_system
+from .system import Link, Wiring, check_system
 from .trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
 MOST_ORDER = 20
 """Higher orders than this are rounding."""
+LARGEST_HANKEL = 600
+"""Rows of the largest matrix that responses are realised from."""
 UNEXPLAINED = 1e-6
 """Share of the response that a realisation may leave, as a root mean square."""
 
@@ -72,23 +75,25 @@ def margins(response: NDArray[np.complex128], omega: Array) -> Margins:
 
 @dataclass(frozen=True)
 class Linear:
-    """A linear system at the communication points.
+    """A linear system about a working point.
 
     Attributes
     ----------
     model : control.StateSpace
-        From input to output, discrete, with the communication step; where the loop is open, of the open loop: 1 + L = 0
-        is its characteristic equation.
-    response : ndarray, shape (n,)
-        Measured impulse response, `unit` per step.
+        From inputs to outputs, which it names, with ``_`` for a dot; discrete, with the communication step, or
+        continuous where it is of derivatives. Where loops are open, of the open loops: for one, 1 + L = 0 is the
+        characteristic equation.
+    response : ndarray, shape (outputs, inputs, n)
+        Measured impulse responses, unit of the output over that of the input per step; empty where it is of
+        derivatives.
     unexplained : float
-        Share of the response that the model does not give (root mean square); 0 is all given.
+        Share of the responses that the model does not give (root mean square); 0 is all given.
     asymmetry : float
         Difference of the responses to the impulses up and down, as a share (root mean square): 0 for a linear system.
-    unit : str
-        Of the output over that of the input.
+    units : tuple of tuple of str
+        Of each output over each input.
     opened : bool
-        Whether the loop was open at the input.
+        Whether loops were open at the inputs.
     at : float
         The working point [s].
     """
@@ -97,34 +102,72 @@ class Linear:
     response: Array
     unexplained: float
     asymmetry: float
-    unit: str
+    units: tuple[tuple[str, ...], ...]
     opened: bool
     at: float
 
     @property
     def step(self) -> float:
-        """Communication step [s]."""
+        """Communication step [s]; 0 for a continuous model."""
         return float(self.model.dt)
 
     @property
+    def single(self) -> bool:
+        """Whether it is of one input and one output."""
+        return self.model.ninputs == self.model.noutputs == 1
+
+    @property
     def range(self) -> tuple[float, float]:
-        """Frequencies that the response tells of [rad/s]: one period within it, up to the Nyquist frequency."""
-        return 2.0 * math.pi / ((self.response.size - 1) * self.step), math.pi / self.step
+        """Frequencies that it tells of [rad/s].
+
+        One period within the response, up to the Nyquist frequency; of a continuous model two decades about its poles.
+        """
+        if self.step > 0.0:
+            return 2.0 * math.pi / ((self.response.shape[-1] - 1) * self.step), math.pi / self.step
+        poles = [size for size in np.abs(self.model.poles()) if size > 0.0] or [1.0]
+        return 0.01 * min(poles), 100.0 * max(poles)
 
     def margins(self) -> Margins:
-        """Margins of the open loop within `range`."""
+        """Margins of the open loop, of one input and one output, within `range`."""
         omega = np.geomspace(*self.range, 2000)[:-1]
         return margins(self.frequency_response(omega), omega)
 
     def frequency_response(self, omega: Array) -> NDArray[np.complex128]:
-        """The response at frequencies [rad/s] below the Nyquist frequency."""
-        return np.asarray(self.model(np.exp(1j * omega * self.step)))
+        """The response at frequencies below the Nyquist frequency.
+
+        Parameters
+        ----------
+        omega : ndarray, shape (n,)
+            [rad/s].
+
+        Returns
+        -------
+        ndarray
+            Shape (n,) for one input and output, else (outputs, inputs, n).
+        """
+        return np.asarray(self.model(np.exp(1j * omega * self.step) if self.step > 0.0 else 1j * omega))
+
+
+@dataclass(frozen=True)
+class _Input:
+    component: str
+    variable: str
+    unit: str
+    link: Link | None
+    cut: bool
+    delayed: bool
+
+    def stimulus(self, values: Array, impulse: Array | None) -> Stimulus | None:
+        """What it gets in a run; None for what it gets anyway."""
+        if self.cut or (self.link is None and impulse is not None):
+            return Stimulus(self.component, self.variable, values if impulse is None else values + impulse)
+        return None if impulse is None else Stimulus(self.component, self.variable, impulse, add=True)
 
 
 def linearize(
     case: Case,
-    source: str,
-    output: str,
+    sources: str | Sequence[str],
+    outputs: str | Sequence[str],
     at: float,
     *,
     opened: bool,
@@ -133,19 +176,20 @@ def linearize(
     order: int | None = None,
     simulate: Callable[..., Trajectory] = simulate_system,
 ) -> Linear:
-    """Linearise a system from an input to an output.
+    """Linearise a system from inputs to outputs.
 
     Parameters
     ----------
     case : (System, Experiment)
-    source, output : str
-        ``component.variable``: the input that gets the impulse, and what is looked at.
+    sources, outputs : str or sequence of str
+        ``component.variable``: the inputs that get the impulses one after the other, and what is looked at.
     at : float
         When [s].
     opened : bool
-        Cut what is connected to the input: the response is that of the open loop, with the sign of its return.
+        Cut what is connected to the inputs, to all of them at once: the response is that of the open loops, with the
+        sign of their return.
     amplitude : float, optional
-        Of the impulse, in the unit of the input; without it 1e-7 of the input's largest value (of 1 if that is zero).
+        Of the impulses, in the unit of each input; without it 1e-7 of the input's largest value (of 1 if that is zero).
     horizon : float, optional
         How long the response is looked at [s]; 1000 steps without it.
     order : int, optional
@@ -161,18 +205,12 @@ def linearize(
     system, experiment = case
     step = experiment.step
     wiring = check_system(system)
-    (component, variable), (owner, channel) = _address(source), _address(output)
-    ports = wiring.descriptions[component].ports if component in wiring.descriptions else {}
-    if variable not in ports or ports[variable].causality != "input" or ports[variable].kind != "Real":
-        known = [f"{n}.{p.name}" for n, d in wiring.descriptions.items() for p in d.inputs if p.kind == "Real"]
-        raise InputError(f"input {source!r} -- expected one of {', '.join(known)} -- correct the name")
-    outputs = wiring.descriptions[owner].ports if owner in wiring.descriptions else {}
-    if channel not in outputs or outputs[channel].causality != "output" or outputs[channel].kind != "Real":
-        known = [f"{n}.{p.name}" for n, d in wiring.descriptions.items() for p in d.outputs if p.kind == "Real"]
-        raise InputError(f"output {output!r} -- expected one of {', '.join(known)} -- correct the name")
-    link = next((link for link in wiring.links if link.target == (component, variable)), None)
-    if opened and link is None:
-        raise InputError(f"input {source} is not connected -- expected one in a loop -- leave it closed")
+    found = [_input(wiring, case, name, opened) for name in _several(sources, "input")]
+    looked_at = _several(outputs, "output")
+    output_units = [_port(wiring, name, "output").unit or "1" for name in looked_at]
+    if opened and not any(one.cut for one in found):
+        names = ", ".join(_several(sources, "input"))
+        raise InputError(f"input {names} is not connected -- expected one in a loop -- leave it closed")
     before = round((at - experiment.start) / step)
     length = 1000 if horizon is None else round(horizon / step)
     if not (math.isfinite(at) and before >= 1 and length >= 10):
@@ -181,55 +219,128 @@ def linearize(
             f"({experiment.start:g} s) and 10 steps of {step:g} s or more -- correct it"
         )
     steps = number_of_steps(experiment.start, experiment.start + (before + length) * step, step)
-    delayed = link is None or experiment.method == "jacobi" or link in schedule(wiring, experiment.loops).delayed
-    record = list(dict.fromkeys([output, *([] if link is None else [".".join(link.source)])]))
+    record = list(dict.fromkeys([*looked_at, *(".".join(one.link.source) for one in found if one.link is not None)]))
 
-    def run(*stimuli: Stimulus) -> Trajectory:
+    def run(*stimuli: Stimulus | None) -> Trajectory:
         return simulate(
             system, experiment.start + steps * step, step, start=experiment.start, method=experiment.method,
-            loops=experiment.loops, record=record, stimuli=stimuli, compiled=True,
+            loops=experiment.loops, record=record, stimuli=[s for s in stimuli if s is not None], compiled=True,
         )  # fmt: skip
 
     base = run()
-    if link is None:
-        start = dict(next(c for c in wiring.system.components if c.name == component).parameters)
-        values: Array = np.full(steps, float(start[variable]))
-    else:
-        column = base.columns[".".join(link.source)]
-        values = link.gain * (column[:-1] if delayed else column[1:]) + link.offset
-    size = amplitude if amplitude is not None else 1e-7 * (float(np.max(np.abs(values))) or 1.0)
-    if not (math.isfinite(size) and size > 0.0):
-        raise InputError(f"amplitude {size!r} -- expected a positive number -- correct it")
+    values = [_values(wiring, one, base, steps) for one in found]
 
-    def response(height: float) -> Array:
+    def response(number: int, height: float) -> Array:
         impulse = np.zeros(steps)
         impulse[before] = height
-        stimulus = Stimulus(component, variable, values + impulse if opened or link is None else impulse, not (
-            opened or link is None
-        ))  # fmt: skip
-        first = before if delayed else before + 1
-        return (run(stimulus).columns[output] - base.columns[output])[first:] / height
+        given = zip(found, values, strict=True)
+        moved = run(*(one.stimulus(own, impulse if k == number else None) for k, (one, own) in enumerate(given)))
+        first = before if found[number].delayed else before + 1
+        rows = [(moved.columns[name] - base.columns[name])[first : first + length] / height for name in looked_at]
+        return np.array(rows)
 
-    up, down = response(size), response(-size)
-    mean = 0.5 * (up + down)
-    norm = float(np.sqrt(np.mean(mean**2)))
-    if not (math.isfinite(norm) and norm > 0.0):
-        raise InputError(
-            f"{output} does not answer to {source} within {length * step:g} s -- expected a response -- take another "
-            "output, a longer --horizon or a larger --amplitude"
-        )
-    asymmetry = float(np.sqrt(np.mean((up - down) ** 2))) / norm
-    model, unexplained = realised(-mean if opened else mean, step, order)
-    unit = f"({outputs[channel].unit or '1'})/({ports[variable].unit or '1'})"
-    return Linear(model, mean, unexplained, asymmetry, unit, opened, at)
+    means, apart = [], []
+    for number, own in enumerate(values):
+        size = amplitude if amplitude is not None else 1e-7 * (float(np.max(np.abs(own))) or 1.0)
+        if not (math.isfinite(size) and size > 0.0):
+            raise InputError(f"amplitude {size!r} -- expected a positive number -- correct it")
+        up, down = response(number, size), response(number, -size)
+        means.append(0.5 * (up + down) * (-1.0 if found[number].cut else 1.0))
+        apart.append(up - down)
+    mean, difference = np.stack(means, axis=1), np.stack(apart, axis=1)
+    _answers(mean, [f"{one.component}.{one.variable}" for one in found], looked_at, length * step)
+    left, right = _scales(mean)
+    asymmetry = _rms(difference / left / right) / _rms(mean / left / right)
+    model, unexplained = realised(mean, step, order)
+    model = named(model, [f"{one.component}.{one.variable}" for one in found], looked_at)
+    units = tuple(tuple(f"({y})/({one.unit})" for one in found) for y in output_units)
+    return Linear(model, mean, unexplained, asymmetry, units, any(one.cut for one in found), at)
+
+
+def named(model: Any, inputs: Sequence[str], outputs: Sequence[str]) -> Any:
+    """The model with names of its inputs and outputs; python-control allows no dot in them."""
+    import control
+
+    plain = [[name.replace(".", "_") for name in names] for names in (inputs, outputs)]
+    return control.ss(model.A, model.B, model.C, model.D, model.dt, inputs=plain[0], outputs=plain[1])
+
+
+def _several(names: str | Sequence[str], what: str) -> list[str]:
+    found = [names] if isinstance(names, str) else list(names)
+    if not found or len(set(found)) < len(found):
+        raise InputError(f"{what} {', '.join(found) or '(none)'} -- expected one or more, each once -- correct them")
+    return found
+
+
+def _port(wiring: Wiring, name: str, causality: str) -> Any:
+    """The Real input or output of this name."""
+    component, _, variable = name.partition(".")
+    ports = wiring.descriptions[component].ports if component in wiring.descriptions else {}
+    if variable not in ports or ports[variable].causality != causality or ports[variable].kind != "Real":
+        known = [
+            f"{owner}.{port.name}"
+            for owner, d in wiring.descriptions.items()
+            for port in (d.inputs if causality == "input" else d.outputs)
+            if port.kind == "Real"
+        ]
+        raise InputError(f"{causality} {name!r} -- expected one of {', '.join(known)} -- correct the name")
+    return ports[variable]
+
+
+def _input(wiring: Wiring, case: Case, name: str, opened: bool) -> _Input:
+    port = _port(wiring, name, "input")
+    component, _, variable = name.partition(".")
+    link = next((link for link in wiring.links if link.target == (component, variable)), None)
+    method, loops = case[1].method, case[1].loops
+    delayed = link is None or method == "jacobi" or link in schedule(wiring, loops).delayed
+    return _Input(component, variable, port.unit or "1", link, opened and link is not None, delayed)
+
+
+def _values(wiring: Wiring, one: _Input, base: Trajectory, steps: int) -> Array:
+    """What an input got in each step."""
+    if one.link is None:
+        start = dict(next(c for c in wiring.system.components if c.name == one.component).parameters)
+        return np.full(steps, float(start[one.variable]))
+    column = base.columns[".".join(one.link.source)]
+    return one.link.gain * (column[:-1] if one.delayed else column[1:]) + one.link.offset
+
+
+def _answers(mean: Array, inputs: Sequence[str], outputs: Sequence[str], horizon: float) -> None:
+    """Refuse an input or an output without any response."""
+    size = np.sqrt(np.mean(mean**2, axis=2))
+    for names, others, total in (
+        (outputs, inputs, size.sum(axis=1)),
+        (inputs, outputs, size.sum(axis=0)),
+    ):
+        for name, norm in zip(names, total, strict=True):
+            if not (math.isfinite(norm) and norm > 0.0):
+                there, here = (others, [name]) if names is outputs else ([name], others)
+                raise InputError(
+                    f"{', '.join(here)} does not answer to {', '.join(there)} within {horizon:g} s -- expected a "
+                    "response -- take another output, a longer --horizon or a larger --amplitude"
+                )
+
+
+def _scales(response: Array) -> tuple[Array, Array]:
+    """Sizes of outputs, shape (q, 1, 1), and inputs, (1, p, 1), whose products are those of the responses."""
+    size = np.sqrt(np.mean(response**2, axis=2))
+    left, right = np.ones(size.shape[0]), np.ones(size.shape[1])
+    for _ in range(20):
+        left = np.sqrt(np.mean((size / right) ** 2, axis=1))
+        right = np.sqrt(np.mean((size / left[:, None]) ** 2, axis=0))
+    return left[:, None, None], right[None, :, None]
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def realised(response: Array, step: float, order: int | None = None) -> tuple[Any, float]:
-    """State space of an impulse response, and the share that it leaves (root mean square).
+    """State space of impulse responses, and the share that it leaves (root mean square).
 
     Parameters
     ----------
-    response : ndarray, shape (n,)
+    response : ndarray, shape (n,) or (outputs, inputs, n)
         At the communication points from the impulse on.
     step : float
         Communication step [s].
@@ -238,33 +349,32 @@ def realised(response: Array, step: float, order: int | None = None) -> tuple[An
     """
     import control
 
-    size = (response.size - 1) // 2
+    response = np.array(response, ndmin=3)
+    left, right = _scales(response)
+    scaled = response / left / right
+    size = min((scaled.shape[2] - 1) // 2, LARGEST_HANKEL // max(scaled.shape[:2]))
     tried: list[tuple[float, int, Any]] = []
     for number in range(1, min(MOST_ORDER, size - 1) + 1) if order is None else [order]:
-        found, _ = control.eigensys_realization(response, number, m=size, n=size, dt=True)
-        model: Any = control.ss(found.A, found.B, found.C, found.D, step)
-        left = float(np.sqrt(np.mean((_markov(model, response.size) - response) ** 2) / np.mean(response**2)))
-        if math.isfinite(left):
-            tried.append((left, number, model))
-        if left <= UNEXPLAINED:
+        found, _ = control.eigensys_realization(scaled, number, m=size, n=size, dt=True)
+        b, c = found.B * right[0, :, 0], left[:, 0, :] * found.C
+        model: Any = control.ss(found.A, b, c, response[:, :, 0], step)
+        rest = _rms((_markov(model, response.shape[2]) - response) / left / right) / _rms(scaled)
+        if math.isfinite(rest):
+            tried.append((rest, number, model))
+        if rest <= UNEXPLAINED:
             break
     if not tried:
         raise InputError(f"order {order!r} -- expected one whose model is finite -- choose another")
-    left, _, model = tried[-1] if tried[-1][0] <= UNEXPLAINED else min(tried, key=lambda item: item[0])
-    return model, left
+    rest, _, model = tried[-1] if tried[-1][0] <= UNEXPLAINED else min(tried, key=lambda item: item[0])
+    return model, rest
 
 
 def _markov(model: Any, number: int) -> Array:
-    a, b, c = (np.asarray(m) for m in (model.A, model.B, model.C))
-    found = np.empty(number)
-    found[0] = float(np.asarray(model.D)[0, 0])
+    a, b, c, d = (np.asarray(m) for m in (model.A, model.B, model.C, model.D))
+    found = np.empty((*d.shape, number))
+    found[:, :, 0] = d
     state = b
     for k in range(1, number):
-        found[k] = float((c @ state)[0, 0])
+        found[:, :, k] = c @ state
         state = a @ state
     return found
-
-
-def _address(name: str) -> tuple[str, str]:
-    component, _, variable = name.partition(".")
-    return component, variable

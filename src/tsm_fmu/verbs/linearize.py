@@ -5,16 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .. import __version__
+from ..cosim.derivatives import has_derivatives
 from ..cosim.description import describe
-from ..cosim.isolation import simulation
-from ..cosim.linearize import Linear, Margins, margins
+from ..cosim.isolation import Simulations, simulation
+from ..cosim.linearize import Linear, Margins, margins, named
 from ..cosim.linearize import linearize as linearize_case
 from ..cosim.ssp import Case
 from ..cosim.system import Component, Experiment, System
@@ -28,11 +29,9 @@ from . import TIME_LIMIT
 from .systems import Settings, opened
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
     import pandas as pd
-
-    from ..cosim.trajectory import Trajectory
 
 POINTS = 600
 """Frequencies of the Bode plot."""
@@ -46,10 +45,12 @@ class LinearizeResult:
 
     Attributes
     ----------
-    name, input, output : str
-        What was linearised, between which ports.
+    name : str
+        What was linearised.
+    inputs, outputs : tuple of str
+        Between which ports.
     linear : Linear
-        The system at the communication points.
+        The system at the communication points; in continuous time where a unit gave its own derivatives.
     design : control.TransferFunction or None
         Open loop that a scenario was designed for.
     report : Path or None
@@ -57,21 +58,21 @@ class LinearizeResult:
     """
 
     name: str
-    input: str
-    output: str
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
     linear: Linear
     design: Any = None
     report: Path | None = None
 
     @property
     def model(self) -> Any:
-        """The discrete state space of python-control (`control.StateSpace`)."""
+        """The state space of python-control (`control.StateSpace`), its ports by name with ``_`` for a dot."""
         return self.linear.model
 
     @property
     def margins(self) -> Margins | None:
-        """Margins, where the loop was open."""
-        return self.linear.margins() if self.linear.opened else None
+        """Margins, where one loop was open."""
+        return self.linear.margins() if self.linear.opened and self.linear.single else None
 
     @property
     def design_margins(self) -> Margins | None:
@@ -83,6 +84,10 @@ class LinearizeResult:
 
     def _frequencies(self, points: int = 2000) -> np.ndarray[Any, np.dtype[np.float64]]:
         return np.geomspace(*self.linear.range, points)[:-1]
+
+    @property
+    def _ports(self) -> str:
+        return f"{', '.join(self.inputs)} -> {', '.join(self.outputs)}"
 
     def rows(self) -> list[tuple[str, float, float | None, str]]:
         """Margin, value, value of the design, unit."""
@@ -101,10 +106,11 @@ class LinearizeResult:
         """What was linearised, how well, and the margins, as text."""
         linear = self.linear
         how = "open" if linear.opened else "closed"
-        lines = [
-            f"{self.name}: {self.input} -> {self.output}, {how} at t = {linear.at:g} s, order {linear.model.nstates}, "
-            f"step {linear.step:g} s; left by the model: {linear.unexplained:.1e}"
-        ]
+        lines = [f"{self.name}: {self._ports}, {how} at t = {linear.at:g} s, order {linear.model.nstates}, "]
+        if linear.step > 0.0:
+            lines[0] += f"step {linear.step:g} s; left by the model: {linear.unexplained:.1e}"
+        else:
+            lines[0] += "continuous, from the unit's own derivatives"
         if linear.asymmetry > DOUBTFUL:
             lines.append(
                 f"not linear here: impulses up and down differ by {100 * linear.asymmetry:.2g} %; take another working "
@@ -120,35 +126,43 @@ class LinearizeResult:
         return "\n".join(lines)
 
     def to_frame(self) -> pd.DataFrame:
-        """Gain [dB] and phase [deg] over the frequency [rad/s]."""
+        """Gain [dB] and phase [deg] over the frequency [rad/s]; of several ports each after ``input -> output: ``."""
         import pandas as pd
 
         omega = self._frequencies(POINTS)
-        gain, phase = _bode(self.linear.frequency_response(omega))
-        columns = {"gain [dB]": gain, "phase [deg]": phase}
+        response = np.reshape(self.linear.frequency_response(omega), (len(self.outputs), len(self.inputs), omega.size))
+        columns: dict[str, Any] = {}
+        for i, output in enumerate(self.outputs):
+            for j, source in enumerate(self.inputs):
+                prefix = "" if self.linear.single else f"{source} -> {output}: "
+                columns[f"{prefix}gain [dB]"], columns[f"{prefix}phase [deg]"] = _bode(response[i, j])
         if self.design is not None:
             gain, phase = _bode(np.asarray(self.design(1j * omega)))
             columns |= {"design gain [dB]": gain, "design phase [deg]": phase}
         return pd.DataFrame(columns, index=pd.Index(omega, name="frequency [rad/s]"))
 
     def figure(self) -> Figure:
-        """Bode plot, the design dashed beside it."""
+        """Bode plot, the design dashed beside it; of several ports a line from each input to each output."""
         table = self.to_frame()
+        omega = table.index.to_numpy()
         panels = []
         for name in ("gain [dB]", "phase [deg]"):
-            lines = [Line("co-simulation", table.index.to_numpy(), table[name].to_numpy(), colour=0)]
+            own = [column for column in table if column.endswith(name) and not column.startswith("design")]
+            lines = [
+                Line(column.removesuffix(name).removesuffix(": ") or "co-simulation", omega, table[column].to_numpy(),
+                     colour=k)
+                for k, column in enumerate(own)
+            ]  # fmt: skip
             if self.design is not None:
-                lines.append(
-                    Line("design", table.index.to_numpy(), table[f"design {name}"].to_numpy(), dashed=True, colour=1)
-                )
+                lines.append(Line("design", omega, table[f"design {name}"].to_numpy(), dashed=True, colour=1))
             panels.append(Panel("frequency [rad/s]", name, lines=lines, log_x=True))
-        return Figure(f"Bode plot of {self.input} -> {self.output}", tuple(panels), common_x=True)
+        return Figure(f"Bode plot of {self._ports}", tuple(panels), common_x=True)
 
     def as_json(self) -> dict[str, Any]:
         """The JSON contract of ``linearize``."""
         linear, model = self.linear, self.linear.model
         return {
-            "name": self.name, "input": self.input, "output": self.output, "unit": linear.unit, "at": linear.at,
+            "name": self.name, "inputs": self.inputs, "outputs": self.outputs, "units": linear.units, "at": linear.at,
             "open": linear.opened, "step": linear.step, "unexplained": linear.unexplained,
             "asymmetry": linear.asymmetry,
             **{n: np.asarray(getattr(model, n)).tolist() for n in ("A", "B", "C", "D")},
@@ -180,9 +194,11 @@ class LinearizeResult:
             "frequency. "
             "A system that is linear answers to impulses up and down alike; here the answers differ by "
             f"{100 * self.linear.asymmetry:.2g} %."
+            if self.linear.step > 0.0
+            else "Gain and phase of the unit's own directional derivatives at the working point, in continuous time."
         )
         section = Section("Frequency response", text, tables, [self.figure()])
-        title, answer = f"{self.name}: {self.input} to {self.output}", self._answer()
+        title, answer = f"{self.name}: {self._ports.replace('->', 'to')}", self._answer()
         return write_report(folder / "report.html", title, answer, [section], {"tsm-fmu": __version__})
 
 
@@ -190,8 +206,8 @@ def linearize(
     what: str | os.PathLike[str],
     at: float,
     *,
-    input: str | None = None,
-    output: str | None = None,
+    input: str | Sequence[str] | None = None,
+    output: str | Sequence[str] | None = None,
     closed: bool = False,
     out: str | os.PathLike[str] | None = None,
     values: Mapping[str, object] | None = None,
@@ -213,10 +229,11 @@ def linearize(
         Name of a scenario, or a file that ends in ``.ssp`` or ``.fmu``.
     at : float
         When the working point is reached [s].
-    input, output : str, optional
+    input, output : str or sequence of str, optional
         ``component.variable``, of an FMU the variable; without them those of the loop that a scenario was designed for.
+        From several inputs to several outputs loops are open at all the inputs at once.
     closed : bool
-        Leave the loop closed at the input: the response to a disturbance that is added there.
+        Leave loops closed at the inputs: the response to disturbances that are added there.
     out : str or Path, optional
         Folder for the page; nothing is written without it.
     values, case, step, jacobi, loops, isolate, time_limit
@@ -237,32 +254,39 @@ def linearize(
     settings = Settings(values or {}, case, None, step, jacobi, loops, isolate, time_limit)
     with _system(what, folder, settings) as (name, one, module, go):
         usual = getattr(module, "DESIGNED", (None, None))
-        source, target = input or usual[0], output or usual[1]
-        if source is None or target is None:
-            raise InputError(f"{name} -- expected an input and an output -- give both")
         prefix = "" if module is not None or not os.fspath(what).endswith(".fmu") else "unit."
-        source, target = (n if n.startswith(prefix) else prefix + n for n in (source, target))
-        connected = any(c.target == source for c in one[0].connections)
-        linear = linearize_case(
-            one, source, target, at, opened=connected and not closed, amplitude=amplitude, horizon=horizon, order=order,
-            simulate=go,
-        )  # fmt: skip
-        design = module.designed(one) if module is not None and (source, target) == usual and linear.opened else None
-    result = LinearizeResult(name, source, target, linear, design)
-    if folder is None:
-        return result
-    return LinearizeResult(name, source, target, linear, design, result.write(folder))
+        sources, targets = (
+            [n if n.startswith(prefix) else prefix + n for n in ([given] if isinstance(given, str) else given or ())]
+            for given in (input or usual[0], output or usual[1])
+        )
+        if not sources or not targets:
+            raise InputError(f"{name} -- expected an input and an output -- give both")
+        connected = {c.target for c in one[0].connections}
+        opened_there = not closed and any(source in connected for source in sources)
+        alone = len(one[0].components) == 1 and not one[0].connections
+        if alone and amplitude is None and order is None and has_derivatives(describe(one[0].components[0].fmu)):
+            linear = go.of_derivatives(one, sources, targets, at)
+        else:
+            linear = linearize_case(
+                one, sources, targets, at, opened=opened_there, amplitude=amplitude, horizon=horizon, order=order,
+                simulate=go.simulate_system,
+            )  # fmt: skip
+        designed = (*sources, *targets) == usual and linear.opened
+        design = module.designed(one) if module is not None and designed else None
+    names = (tuple(n.removeprefix(prefix) for n in sources), tuple(n.removeprefix(prefix) for n in targets))
+    result = LinearizeResult(name, *names, replace(linear, model=named(linear.model, *names)), design)
+    return result if folder is None else replace(result, report=result.write(folder))
 
 
 @contextmanager
 def _system(
     what: str | os.PathLike[str], folder: Path | None, settings: Settings
-) -> Iterator[tuple[str, Case, Any, Callable[..., Trajectory]]]:
+) -> Iterator[tuple[str, Case, Any, Simulations]]:
     """Name, system, scenario and where to simulate; an FMU is a system of its own."""
     if not os.fspath(what).endswith(".fmu"):
         with opened(what, folder, settings) as system:
             name, one = next(iter(system.cases.items()))
-            yield name, one, system.scenario, system.simulate
+            yield name, one, system.scenario, system.there
         return
     path = Path(what)
     description = describe(path)
@@ -272,8 +296,10 @@ def _system(
     system = System((Component("unit", path, {**inputs, **given}),), (), path.stem)
     with simulation(settings.isolate, settings.time_limit) as there:
         experiment = Experiment(stop=1.0, step=settings.step or float(usual or 1e-3))
-        yield path.stem, (system, experiment), None, there.simulate_system
+        yield path.stem, (system, experiment), None, there
 
 
 def _bode(response: Any) -> tuple[Any, Any]:
-    return 20.0 * np.log10(np.abs(response)), np.degrees(np.unwrap(np.angle(response)))
+    size = np.abs(response)
+    gain = 20.0 * np.log10(np.where(size > 0.0, size, np.nan))  # an input that an output does not hear of: no line
+    return gain, np.degrees(np.unwrap(np.angle(response)))

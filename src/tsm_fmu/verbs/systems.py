@@ -12,7 +12,7 @@ from types import ModuleType
 from typing import Any
 
 from ..cosim.cases import selected, with_values
-from ..cosim.isolation import simulation
+from ..cosim.isolation import Simulations, simulation
 from ..cosim.master import number_of_steps
 from ..cosim.order import LOOPS
 from ..cosim.ssp import Case, open_ssp
@@ -74,14 +74,19 @@ class Settings:
 class Opened:
     """Systems ready to run: the scenario they are from (None for an SSP), and what of them is recorded (None: all).
 
-    ``simulate`` is `simulate_system`, here or in a process of its own.
+    ``there`` simulates, with FMUs here or in processes of their own.
     """
 
     name: str
     cases: Mapping[str, Case]
     record: Sequence[str] | None
     scenario: ModuleType | None
-    simulate: Callable[..., Trajectory]
+    there: Simulations
+
+    @property
+    def simulate(self) -> Callable[..., Trajectory]:
+        """`simulate_system`, there."""
+        return self.there.simulate_system
 
     @property
     def quantities(self) -> Any:
@@ -131,7 +136,7 @@ def opened(what: str | os.PathLike[str], out: Path | None, settings: Settings) -
             _build(fmus)
         there = stack.enter_context(simulation(settings.isolate, settings.time_limit))
         name = what if scenario is not None else Path(what).name.removesuffix(".ssp")
-        yield Opened(name, cases, record, scenario, there.simulate_system)
+        yield Opened(name, cases, record, scenario, there)
 
 
 def _build(fmus: Iterable[Path]) -> None:
