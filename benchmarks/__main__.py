@@ -22,6 +22,7 @@ from . import (
     native_step,
     one_form,
     simulation_speed,
+    sweep_speed,
 )
 from .blind import __main__ as blind
 from .blind.catalogue import STRATA, catalogue
@@ -43,6 +44,7 @@ def main() -> int:
         one_form.ratios(),
         fmu_c_host.ratios(),
         master_speed.ratios(),
+        sweep_speed.ratios(),
         simulation_speed.ratios(),
         identify_speed.ratios(),
     ):

@@ -82,3 +82,33 @@ def test_the_order_of_exchange_is_said_to_matter_where_it_does(drive):
     assert "until" in compared((drive, Experiment(1.0, 1e-4)))
     alone = System((Component("motor", drive.components[0].fmu, {"u": 1.0, "tau_load": 0.0}),), ())
     assert compared((alone, Experiment(0.1, 1e-3))) == ""
+
+
+@pytest.mark.parametrize("method", ["gauss-seidel", "jacobi"])
+def test_springs_that_a_sum_adds_up_have_a_bond_each(drive, tmp_path, method):
+    """Each takes what it holds; what the motor gives them goes there as the step goes to zero."""
+    total = build_fmu(kernel("Sum"), tmp_path / "Sum.fmu", flavour="native")
+    motor, load = drive.components
+    stiffness = (0.31, 0.17)
+    system = System(
+        (
+            motor,
+            *(Component(f"load{k}", load.fmu, {"k": own, "d": 0.0}) for k, own in enumerate(stiffness)),
+            Component("sum", total, {"k1": 1.0, "k2": 1.0, "k3": 0.0, "u3": 0.0}),
+        ),
+        (
+            *(Connection("motor.phi", f"load{k}.phi") for k in (0, 1)),
+            *(Connection(f"load{k}.tau", f"sum.u{k + 1}") for k in (0, 1)),
+            Connection("sum.y", "motor.tau_load"),
+        ),
+    )
+    assert [b.name for b in bonds(check_system(system))] == [f"motor.phi ~ load{k}.tau" for k in (0, 1)]
+    lost = []
+    for step in (2e-3, 1e-3):
+        run = simulate_system(system, 0.4, step, method=method)
+        found = balance((system, Experiment(0.4, step, method=method)), run)
+        for k, own in enumerate(stiffness):
+            tau = run.columns[f"load{k}.tau"]
+            assert found[f"motor.phi ~ load{k}.tau"].taken == pytest.approx(tau[-1] ** 2 / (2.0 * own), rel=0.05)
+        lost.append(sum(bond.lost for bond in found.values()))
+    assert math.log2(lost[0] / lost[1]) == pytest.approx(1.0, abs=0.15)

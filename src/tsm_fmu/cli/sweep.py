@@ -36,7 +36,7 @@ def sweep(
             "--vary",
             metavar="NAME=VALUES",
             help="COMPONENT.VARIABLE=A:B:N (N values from A to B) or =V,W,...; COMPONENT=CARD.toml,... or "
-            "=FILE.fmu,...; flavour=native,python; repeatable: a grid.",
+            "=FILE.fmu,...; flavour=native,python; seed=1,2,... for all that have one; repeatable: a grid.",
         ),
     ],
     out: Folder,

@@ -9,12 +9,13 @@ bonds in co-simulations, Engineering with Computers 33 (2017) 607.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..logs.units import same_quantity, unit_to_si
+from .fmu_process import is_foreign
 from .metric import BondEnergy, CaseMetrics
 from .order import schedule
 from .ssp import Case
@@ -58,12 +59,16 @@ class Bond:
 
 
 def bonds(wiring: Wiring) -> list[Bond]:
-    """The power bonds of a system; where several motions or efforts of a kind join two components none is named."""
+    """The power bonds of a system; where several motions or efforts of a kind join two components none is named.
+
+    What goes through a Sum of ours counts as a link of its own, with the gain of that summand.
+    """
     found = []
+    paths = [*wiring.links, *_summed(wiring)]
     for one in wiring.descriptions:
         for other in wiring.descriptions:
-            there = [link for link in wiring.links if (link.source[0], link.target[0]) == (one, other)]
-            back = [link for link in wiring.links if (link.source[0], link.target[0]) == (other, one)]
+            there = [link for link in paths if (link.source[0], link.target[0]) == (one, other)]
+            back = [link for link in paths if (link.source[0], link.target[0]) == (other, one)]
             for motion_unit, effort_unit in _PAIRS:
                 motions = [link for link in there if _is(_unit(wiring, link.source), motion_unit)]
                 efforts = [link for link in back if _is(_unit(wiring, link.target), effort_unit)]
@@ -79,6 +84,29 @@ def _bond(wiring: Wiring, motion: Link, effort: Link, speed: bool) -> Bond:
         return float(np.prod([unit_to_si(unit).factor if unit else 1.0 for unit in units]))
 
     return Bond(motion, effort, speed, (scale(motion.source, effort.target), scale(motion.target, effort.source)))
+
+
+@dataclass(frozen=True)
+class _Summed(Link):
+    """A path through a Sum: to one of its inputs, and from its output on."""
+
+    parts: tuple[Link, Link] = field(kw_only=True)
+
+
+def _summed(wiring: Wiring) -> list[_Summed]:
+    found = []
+    for component in wiring.system.components:
+        description = wiring.descriptions[component.name]
+        if is_foreign(description) or description.model.modelName != "Sum":
+            continue
+        for before in wiring.links:
+            for after in wiring.links:
+                if before.target[0] == after.source[0] == component.name:
+                    name = f"k{before.target[1].removeprefix('u')}"
+                    factor = float(component.parameters.get(name, description.ports[name].start or 0.0)) * after.gain
+                    gain, offset = factor * before.gain, factor * before.offset
+                    found.append(_Summed(before.source, after.target, "Real", gain, offset, parts=(before, after)))
+    return found
 
 
 def _unit(wiring: Wiring, port: tuple[str, str]) -> str:
@@ -120,15 +148,26 @@ def balance(case: Case, run: Trajectory) -> dict[str, BondEnergy]:
     wiring = check_system(system)
     plan = schedule(wiring, experiment.loops)
     late = set() if experiment.loops != "iterate" else {link for loop in plan.loops for link in loop.late}
-    held = set(wiring.links) if experiment.method == "jacobi" else set(plan.delayed) - late
+    held: set[Link] = set(wiring.links) if experiment.method == "jacobi" else set(plan.delayed) - late
     found = {}
     for bond in bonds(wiring):
         motion, effort = (np.asarray(run.columns[name], float) for name in bond.signals)
-        found[bond.name] = energy(bond, run.time, motion, effort, (bond.motion in held, bond.effort in held))
+        found[bond.name] = energy(bond, run.time, motion, effort, (_late(bond.motion, held), _late(bond.effort, held)))
     return found
 
 
-def energy(bond: Bond, time: Array, motion: Array, effort: Array, held: tuple[bool, bool]) -> BondEnergy:
+def _late(path: Link, held: set[Link]) -> int:
+    """Steps by which a value arrives late."""
+    return sum(link in held for link in (path.parts if isinstance(path, _Summed) else (path,)))
+
+
+def _shifted(values: Array, late: int) -> Array:
+    """Values of the ends of the steps as they arrive, the first for those from before the start."""
+    rows = np.maximum(np.arange(1, values.size) - late, 0)
+    return values[rows]
+
+
+def energy(bond: Bond, time: Array, motion: Array, effort: Array, late: tuple[int, int]) -> BondEnergy:
     """Works of both sides of a bond.
 
     Parameters
@@ -137,17 +176,17 @@ def energy(bond: Bond, time: Array, motion: Array, effort: Array, held: tuple[bo
         What the signals are.
     time, motion, effort : ndarray, shape (n,)
         At the communication points, as their sources give them.
-    held : tuple of bool
-        Whether the motion, and the effort, arrives a step late; else it is that of the end of the step.
+    late : tuple of int
+        Steps by which the motion, and the effort, arrives late: 0 is that of the end of the step.
     """
     step = np.diff(time)
-    arrived = bond.effort.gain * (effort[:-1] if held[1] else effort[1:]) + bond.effort.offset
+    arrived = bond.effort.gain * _shifted(effort, late[1]) + bond.effort.offset
     if bond.speed:
         path = 0.5 * (motion[:-1] + motion[1:]) * step
-        taken = (bond.motion.gain * (motion[:-1] if held[0] else motion[1:]) + bond.motion.offset) * step
+        taken = (bond.motion.gain * _shifted(motion, late[0]) + bond.motion.offset) * step
     else:
         path = np.diff(motion)
-        taken = bond.motion.gain * (np.concatenate(([0.0], path[:-1])) if held[0] else path)
+        taken = bond.motion.gain * np.concatenate((np.zeros(late[0]), path))[: path.size]
     given = bond.scales[0] * arrived * path
     received = bond.scales[1] * 0.5 * (effort[:-1] + effort[1:]) * taken
     total, back = float(np.sum(given)), float(np.sum(received))

@@ -20,6 +20,7 @@ from ..logs.table import write_table
 from ..logs.whole_file import remove_earlier, write_whole
 from ..models.contract import InputError
 from .cases import Quantities, flat, run_cases, statistics, with_values
+from .description import describe
 from .metric import Metric
 from .ssp import Case
 from .start_values import typed_value
@@ -29,6 +30,8 @@ from .trajectory import SimulationInterrupted, Trajectory
 MOST_POINTS = 100_000
 TABLES = ("csv", "parquet")
 """Endings of the table, which is written once for people and once for programs."""
+SEED = "seed"
+"""The axis that is for every component with a variable of this name."""
 TRACE_ROWS = 400
 """Rows of a signal that is kept of every point."""
 
@@ -133,7 +136,15 @@ class Work:
         change = self.changes.get(texts, Change())
         cases = with_fmus(self.cases, change.fmus)
         numbers = {name: repr(value) for name, value in at.items() if not isinstance(value, str) and "." in name}
+        if SEED in at:
+            numbers = {**{name: repr(at[SEED]) for name in seeds(cases)}, **numbers}
         return with_values(cases, {**change.values, **self.settings, **numbers})
+
+
+def seeds(cases: Mapping[str, Case]) -> list[str]:
+    """The variables that the axis `SEED` is for, ``component.seed``; none of a component of that name."""
+    components = {c.name: c.fmu for system, _ in cases.values() for c in system.components}
+    return [f"{name}.{SEED}" for name, fmu in components.items() if SEED in describe(fmu).ports]
 
 
 def shown(value: float | str) -> str:

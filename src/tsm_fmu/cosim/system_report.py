@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+
 from .. import __version__
+from ..logs.display import display
 from ..report import Line, Section, Table, time_figure, write_report
 from .energy import BOND_HEADING, bond_rows
 from .metric import CaseMetrics, spread
@@ -13,6 +16,9 @@ from .order import schedule
 from .ssp import Case
 from .system import check_system
 from .trajectory import Trajectory
+
+COMMANDING = ("reference", "compensator", "controller", "stepper")
+"""Components of our scenarios whose outputs are commands."""
 
 
 def write_system_report(
@@ -28,6 +34,20 @@ def write_system_report(
     sections += coupling_section(metrics, order)
     summary = f"{len(runs)} {'system' if len(runs) == 1 else 'systems'} co-simulated."
     return write_report(path, name, summary, sections, {"tsm-fmu": __version__})
+
+
+def commands_section(runs: Mapping[str, Trajectory]) -> list[Section]:
+    """What the plants of a scenario are told, by unit; a command that several cases share is drawn once."""
+    lines: dict[str, dict[tuple[str, bytes], Line]] = {}
+    for case, run in runs.items():
+        for column, values in run.columns.items():
+            if column.partition(".")[0] in COMMANDING:
+                show = display(run.units[column])
+                drawn = Line(f"{column}, {case}", run.time, show.factor * np.asarray(values, float))
+                lines.setdefault(show.unit, {}).setdefault((column, np.asarray(values).tobytes()), drawn)
+    figures = [time_figure(list(own.values()), f"Commands in {unit}", unit) for unit, own in lines.items()]
+    text = "What references, compensators, controllers and steppers give; of cases that share a command the first."
+    return [Section("Commands", text, (), figures)] if figures else []
 
 
 def coupling_section(metrics: Mapping[str, CaseMetrics], order: str) -> list[Section]:

@@ -53,7 +53,7 @@ def bands(case: str, time: NDArray[np.float64], unit: str, nominal: Point, draws
 
 
 def bands_figure(found: Bands, title: str, signal: str) -> Figure:
-    """The bands as a picture."""
+    """The bands as a picture: the signal, and below how far the draws are from the card's own values."""
     show = display(found.unit)
     low, lower, median, upper, high = show.factor * found.quantiles
     drawn = (
@@ -61,7 +61,16 @@ def bands_figure(found: Bands, title: str, signal: str) -> Figure:
         Band("50 % of the draws", found.time, median, lower, upper, marked=False),
     )
     line = Line("values of the card", found.time, show.factor * found.nominal, dashed=True, colour=5)
-    return Figure(title, (Panel("time [s]", f"{signal} [{show.unit}]", lines=(line,), bands=drawn, height=380),))
+    centre = show.factor * found.nominal
+    about = tuple(
+        Band(band.name, found.time, median - centre, below - centre, above - centre, marked=False)
+        for band, below, above in zip(drawn, (low, lower), (high, upper), strict=True)
+    )
+    panels = (
+        Panel("time [s]", f"{signal} [{show.unit}]", lines=(line,), bands=drawn, height=340),
+        Panel("time [s]", f"less that of the card [{show.unit}]", bands=about, height=260),
+    )
+    return Figure(title, panels, common_x=True)
 
 
 def covered(draws: int) -> float:
@@ -92,7 +101,13 @@ def tolerance_sections(
         "alone decides it."
     )
     return [
-        Section("Bands over time", "", (), figures),
+        Section(
+            "Bands over time",
+            "Shaded: where 95 % and 50 % of the draws are at each time, and their median; dashed: the values of the "
+            "card. Below, the same less that of the card.",
+            (),
+            figures,
+        ),
         Section("Spread of the numbers", "\n\n".join(notes), worst_tables(table), distributions(table)),
         Section("What drives it", text, (_drivers(table, drawn),)),
     ]

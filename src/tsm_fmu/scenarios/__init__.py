@@ -2,7 +2,7 @@
 
 A scenario module has NAME, FMUS (model names), RECORD, ``cases(fmus)``, ``comparison(cases)``, what stands beside the
 metrics in the JSON output, and ``write_scenario_report(path, runs, metrics, beside)``, where ``beside`` is the
-comparison and, as ``coupling``, sections on what the coupling costs, which end the report; perhaps
+comparison and, as ``ending``, the sections that end the report (commands, what the coupling costs); perhaps
 ``quantities(case, run)``: numbers of its own by name, each a `Metric` with its unit, for the metrics of the case.
 """
 

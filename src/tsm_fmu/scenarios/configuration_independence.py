@@ -169,7 +169,7 @@ def write_scenario_report(
     sections = (
         Section("Routes", text, (Table(RATIO_HEADING, ratios), Table(ELASTIC_HEADING, elastic))),
         Section("Friction T_a - m g", "", (), _figures(runs)),
-        *beside["coupling"],
+        *beside["ending"],
     )
     pulling = [row[3] for row in ratios if row[1] > 500.0]
     summary = (

@@ -38,7 +38,7 @@ def write_lebus_report(
         _table(found, beside["reported"]),
         _contradictions(contradictions),
         *(_condition(c, runs, errors) for c in NAMES if any(name.startswith(c) for name in runs)),
-        *beside["coupling"],
+        *beside["ending"],
     ]
     return write_report(
         path, "LeBus double tendon-sheath drive (AME 2020)", summary, sections, {"tsm-fmu": __version__}

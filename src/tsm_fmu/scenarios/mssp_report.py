@@ -25,7 +25,7 @@ def write_mssp_report(
     haptic = mssp_haptic.section(runs)
     sections += [haptic] if haptic is not None else []
     sections += [_case(name, run) for name, run in runs.items()]
-    sections += beside["coupling"]
+    sections += beside["ending"]
     first = next(iter(runs))
     own, error = metrics[first], metrics[first].tracked()
     summary = (

@@ -152,7 +152,7 @@ def write_scenario_report(
         f"Motor, gear {GEAR:g}:1, PID and tendon in a closed loop (ICINCO 2013): the drive carries friction of "
         f"{min(m.quantities['friction_min'].value for m in metrics.values()):.1f} to "
         f"{max(m.quantities['friction_max'].value for m in metrics.values()):.1f} N.",
-        [Section("Closed loop", text, (Table(heading, rows),), _figures(runs)), *beside["coupling"]],
+        [Section("Closed loop", text, (Table(heading, rows),), _figures(runs)), *beside["ending"]],
         {"tsm-fmu": __version__},
     )
 

@@ -47,7 +47,7 @@ def write_single_tsm_report(
             "that much of it lies in asymmetry and acceleration."
         )
     groups_shown = (_group(name, group) for name, group in groups.items())
-    sections = [_table(found, beside["reported"]), *groups_shown, *beside["coupling"]]
+    sections = [_table(found, beside["reported"]), *groups_shown, *beside["ending"]]
     return write_report(path, "Distal tension from proximal signals", summary, sections, {"tsm-fmu": __version__})
 
 

@@ -159,5 +159,5 @@ def write_scenario_report(
         time_figure(tracking, "Tracking error", "reference - x_out [deg]"),
         loop_figure(curves, "Drive torque over angle", "motor [deg]", "tau_in [N.m]"),
     ]
-    sections = [Section("Tracking and work", text, (Table(heading, rows),), figures), *beside["coupling"]]
+    sections = [Section("Tracking and work", text, (Table(heading, rows),), figures), *beside["ending"]]
     return write_report(path, "Tendon drive loop", f"{len(runs)} closed loops.", sections, {"tsm-fmu": __version__})

@@ -11,7 +11,7 @@ from pathlib import Path
 from ..card import ModelCard, read_card
 from ..cosim.cases import with_values
 from ..cosim.description import describe
-from ..cosim.sweep import Axis, Change, numeric_axis
+from ..cosim.sweep import SEED, Axis, Change, numeric_axis, seeds
 from ..fmu.build import build_fmu
 from ..kernels.kernel import kernel
 from ..models.contract import InputError
@@ -22,7 +22,7 @@ FLAVOUR = "flavour"
 FLAVOURS = ("native", "python")
 
 Varied = Mapping[str, Sequence[float | str | os.PathLike[str]]]
-"""Values by axis: numbers by ``component.variable``, cards (``.toml``) or FMUs by ``component``, and ``flavour``."""
+"""Values by axis: numbers by ``component.variable``, cards or FMUs by ``component``, ``flavour``, ``seed``."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,8 @@ def choices(system: Opened, vary: Varied, folder: Path) -> Choices:
             raise InputError(f"{name} is varied over nothing -- expected one value or more -- give some")
         if name in components or (name == FLAVOUR and FLAVOUR not in components):
             axes.append(Axis(name, "", tuple(os.fspath(v) if isinstance(v, os.PathLike) else str(v) for v in values)))
+        elif name == SEED:
+            axes.append(_seed_axis(system, _numbers(name, values)))
         else:
             axes.append(numeric_axis(system.cases, name, _numbers(name, values)))
     texts = [axis for axis in axes if not axis.unit]
@@ -90,6 +92,17 @@ def card_change(system: Opened, component: str, card: ModelCard, folder: Path, f
         return Change({}, values)
     path = folder / "fmus" / flavour / f"{'+'.join((model.name, *card.effects))}.fmu"
     return Change({component: build_fmu(model, path, flavour=flavour)}, values)
+
+
+def _seed_axis(system: Opened, values: Sequence[float]) -> Axis:
+    known = seeds(system.cases)
+    if not known:
+        raise InputError(
+            "--vary seed, which no component has -- expected one with a variable seed -- vary another variable"
+        )
+    for name in known:
+        numeric_axis(system.cases, name, values)
+    return Axis(SEED, "1", tuple(values))
 
 
 def _numbers(name: str, values: Sequence[object]) -> list[float]:

@@ -126,7 +126,7 @@ class LinearizeResult:
         return "\n".join(lines)
 
     def to_frame(self) -> pd.DataFrame:
-        """Gain [dB] and phase [deg] over the frequency [rad/s]; of several ports each after ``input -> output: ``."""
+        """Gain [dB] and phase [deg] over the frequency [rad/s]; of several ports each after their names."""
         import pandas as pd
 
         omega = self._frequencies(POINTS)

@@ -13,7 +13,7 @@ from ..cosim.energy import BOND_HEADING, balance, bond_rows, recorded_too
 from ..cosim.metric import CaseMetrics, Spread
 from ..cosim.ssp import write_ssp
 from ..cosim.step_study import compared
-from ..cosim.system_report import coupling_section, write_system_report
+from ..cosim.system_report import commands_section, coupling_section, write_system_report
 from ..cosim.trajectory import SimulationInterrupted, SimulationStopped, Trajectory, write_trajectory
 from ..logs.display import display
 from ..logs.plain_json import finite
@@ -228,7 +228,8 @@ def _written(result: RunResult, system: Opened, folder: Path) -> RunResult:
     if system.scenario is None:
         report = write_system_report(page, system.name, system.cases, result.cases, result.metrics, result.order)
     else:
-        beside = {**result.comparison, "coupling": coupling_section(result.metrics, result.order)}
+        ending = [*commands_section(result.cases), *coupling_section(result.metrics, result.order)]
+        beside = {**result.comparison, "ending": ending}
         report = system.scenario.write_scenario_report(page, result.cases, result.metrics, beside)
     return replace(result, results=results, report=report)
 

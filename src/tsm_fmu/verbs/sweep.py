@@ -145,7 +145,8 @@ def sweep(
         Name of a scenario, or a file that ends in ``.ssp``.
     vary : mapping of str to sequence
         The grid is their product: numbers by ``component.variable``; model cards (``.toml``) or FMUs (``.fmu``) by
-        ``component``, which take its place; ``"flavour"``: ``"native"`` and ``"python"``, of a scenario.
+        ``component``, which take its place; ``"flavour"``: ``"native"`` and ``"python"``, of a scenario; ``"seed"``:
+        numbers for every component with a variable of that name.
     out : str or Path, optional
         Folder for table and report; points are kept there as they are found, so that a killed sweep goes on.
     values, case, stop, step, jacobi, loops, isolate, time_limit, progress
