@@ -72,6 +72,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args(arguments)
     paths = [p.resolve().relative_to(ROOT) for p in given.paths] or changed(given.base)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # by way of what is to be tidied up
     copy = copied()
     for name in PRELOADED:
         importlib.import_module(name)
@@ -131,15 +132,31 @@ def mutate(copy: Path, path: Path, most: int, seed: int) -> tuple[list[str], int
     mutants = sorted((m for file in files for m in mutants_of(copy, file)), key=lambda m: m.key)
     drawn = random.Random(seed).sample(mutants, min(most, len(mutants)))
     covered = Covered.of(copy, folders, files)
+    tested = _state(copy, [f for folder in folders for f in _files_of(copy / folder)])
     survivors = []
     for mutant in sorted(drawn, key=lambda m: m.key):
         before = (copy / mutant.file).read_text(encoding="utf-8")
         after = _mutated(before, mutant)
         tests, seconds = covered.tests_of(copy, mutant)
-        if not tests or _passes(copy, mutant.file, after, tests, seconds):
+        kept = WORK / "verdicts" / hashlib.sha256(f"{tested}{mutant.file}{after}".encode()).hexdigest()[:20]
+        if not kept.is_file():  # else an earlier run, stopped before its end, has asked
+            survived = not tests or _passes(copy, mutant.file, after, tests, seconds)
+            kept.parent.mkdir(parents=True, exist_ok=True)
+            kept.write_text("survived" if survived else "killed", encoding="utf-8")
+        if kept.read_text(encoding="utf-8") == "survived":
             told = _difference(before, after) + ("" if tests else " (no test runs it)")
             survivors.append(f"{mutant.file.relative_to(PACKAGE)}:{mutant.line}, {mutant.operator}: {told}")
     return survivors, len(drawn)
+
+
+def _files_of(place: Path) -> list[Path]:
+    return sorted(place.rglob("*.py")) if place.is_dir() else [place]
+
+
+def _state(copy: Path, files: Iterable[Path]) -> str:
+    """Hash of the text of files, by their paths in the copy."""
+    texts = ((str(f.relative_to(copy)).encode(), f.read_bytes()) for f in files)
+    return hashlib.sha256(b"".join(part for pair in texts for part in pair)).hexdigest()
 
 
 def mutants_of(copy: Path, file: Path) -> Iterator[Mutant]:
@@ -209,15 +226,11 @@ class Covered:
     @classmethod
     def of(cls, copy: Path, folders: Sequence[str], files: Sequence[Path]) -> Covered:
         """From a run of all tests of the folders, file by file; what is kept of it is used where nothing changed."""
-        state = hashlib.sha256(b"".join((copy / f).read_bytes() for f in files))
-        for shared in sorted((copy / "tests").rglob("conftest.py")):
-            state.update(shared.read_bytes())
+        shared = [copy / f for f in files] + sorted((copy / "tests").rglob("conftest.py"))
         found = cls({}, {})
         for folder in folders:
-            place = copy / folder
-            for tests in sorted(place.rglob("test_*.py")) if place.is_dir() else [place]:
-                told = state.digest() + str(tests.relative_to(copy)).encode() + tests.read_bytes()
-                name = hashlib.sha256(told).hexdigest()[:20]
+            for tests in (f for f in _files_of(copy / folder) if f.name.startswith("test_")):
+                name = _state(copy, [*shared, tests])[:20]
                 kept = WORK / "covered" / f"{name}.json"
                 if not kept.is_file():
                     kept.parent.mkdir(parents=True, exist_ok=True)
@@ -374,6 +387,7 @@ def _forked(copy: Path, run: Callable[[], int], limit_s: float) -> int:
         log = os.open(WORK / "tests.log", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         for stream in (1, 2):
             os.dup2(log, stream)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
         resource.setrlimit(resource.RLIMIT_CPU, (int(limit_s), int(limit_s) + 5))
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         signal.signal(
@@ -389,14 +403,18 @@ def _forked(copy: Path, run: Callable[[], int], limit_s: float) -> int:
         finally:
             os._exit(code)
     end = time.monotonic() + 4.0 * limit_s  # it may wait for others
-    while time.monotonic() < end:
-        done, status = os.waitpid(child, os.WNOHANG)
-        if done:
-            return os.waitstatus_to_exitcode(status)
-        time.sleep(0.02)
-    os.killpg(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    return 3
+    try:
+        while time.monotonic() < end:
+            done, status = os.waitpid(child, os.WNOHANG)
+            if done:
+                child = 0
+                return os.waitstatus_to_exitcode(status)
+            time.sleep(0.02)
+        return 3
+    finally:
+        if child:  # too late, or this program is ended
+            os.killpg(child, signal.SIGKILL)
+            os.waitpid(child, 0)
 
 
 if __name__ == "__main__":
