@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from tsm_fmu.diagnosis.residual.dependence import dependence
-from tsm_fmu.diagnosis.residual.formula import formula, shapes, text_of
+from tsm_fmu.diagnosis.residual.formula import _by_sindy, formula, shapes, text_of
 from tsm_fmu.diagnosis.residual.library import folds
 from tsm_fmu.diagnosis.residual.sparse import best_subsets, coefficients_of, cross_validated_shares, fewest_terms, sums
 from tsm_fmu.diagnosis.runs.motion_signals import Coordinates, coordinates_of
@@ -209,8 +211,39 @@ def test_columns_are_chosen_as_an_exhaustive_search_would() -> None:
 
 def test_pysindy_is_asked_where_it_is_installed() -> None:
     pytest.importorskip("pysindy", reason="optional extra sindy is not installed")
-    from tsm_fmu.diagnosis.residual.formula import _by_sindy
-
     rng = np.random.default_rng(3)
     x = rng.normal(size=(800, 9))
     assert _by_sindy(x, 0.7 * x[:, 2] - 0.4 * x[:, 5] + 0.1 * rng.normal(size=800), 2) == [2, 5]
+
+
+class Thresholded:
+    """Sequentially thresholded least squares (Brunton 2016), as `pysindy.STLSQ` is called."""
+
+    def __init__(self, threshold: float, alpha: float) -> None:
+        self.threshold, self.alpha = threshold, alpha
+
+    def fit(self, x: np.ndarray, y: np.ndarray) -> Thresholded:
+        kept = np.arange(x.shape[1])
+        for _ in range(20):
+            gram = x[:, kept].T @ x[:, kept] + self.alpha * np.eye(kept.size)
+            values = np.linalg.solve(gram, x[:, kept].T @ y[:, 0])
+            if (np.abs(values) >= self.threshold).all():
+                break
+            kept = kept[np.abs(values) >= self.threshold]
+        self.coef_ = np.zeros((1, x.shape[1]))
+        self.coef_[0, kept] = values[: kept.size]
+        return self
+
+
+@pytest.mark.parametrize("unit", [1.0, 3.1e-4, 2.7e5])
+def test_the_threshold_is_raised_until_few_enough_terms_are_left_whatever_the_unit(
+    monkeypatch: pytest.MonkeyPatch, unit: float
+) -> None:
+    """PySINDy's interface with an optimiser written here, so that it runs where PySINDy is not installed."""
+    monkeypatch.setitem(sys.modules, "pysindy", SimpleNamespace(STLSQ=Thresholded))
+    rng = np.random.default_rng(3)
+    x = rng.normal(size=(800, 9))
+    y = unit * (0.7 * x[:, 2] - 0.4 * x[:, 5] + 0.2 * x[:, 7] + 0.1 * rng.normal(size=800))
+    assert [_by_sindy(x, y, count) for count in (1, 2, 3)] == [[2], [2, 5], [2, 5, 7]]
+    monkeypatch.setitem(sys.modules, "pysindy", None)  # not installed
+    assert _by_sindy(x, y, 3) == []
