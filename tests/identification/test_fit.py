@@ -11,10 +11,12 @@ import rig
 from scipy.optimize import least_squares, minimize_scalar
 
 from tsm_fmu.identification import fit as fit_module
+from tsm_fmu.identification.findings import conditions_met, fields_on_bound
 from tsm_fmu.identification.fit import Fit, fit
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models.contract import InputError
 from tsm_fmu.regression.problem import FitRun, Problem
+from tsm_fmu.regression.sensitivity import sensitivity_scales
 from tsm_fmu.regression.solver import Progress
 from tsm_fmu.regression.specification import per_run_fields, search_space
 
@@ -148,6 +150,41 @@ def test_without_them_channels_weigh_by_what_is_left_in_them(disputed: FitRun) -
         deviations = np.sqrt(np.mean((dahl(disputed, rounds[-1]) - disputed.targets) ** 2, axis=0))
     assert fitted_rho1(disputed) == pytest.approx(rounds[2], rel=1e-5)
     assert abs(rounds[2] - rounds[1]) > 0.01 * abs(rounds[2])  # it matters
+
+
+def test_linear_intervals_are_standard_errors_to_each_side(three: list[FitRun]) -> None:
+    result = identified(three, single_start=True)
+    for name in rig.TRUE:
+        p = result.parameters[name]
+        ends = (p.value - 1.96 * p.stderr, p.value + 1.96 * p.stderr)
+        assert result.intervals[name] == pytest.approx(ends, rel=1e-12)
+
+
+@pytest.mark.parametrize(("part", "near"), [(0.5e-4, True), (2e-4, False)])
+@pytest.mark.parametrize("end", ["lo", "hi"])
+def test_a_value_is_on_a_bound_within_a_ten_thousandth_of_what_it_can_do(
+    clean: FitRun, end: str, part: float, near: bool
+) -> None:
+    """x_0 moves the output by as much as itself: a standard deviation of the channel is its scale, 0.4 its size."""
+    space = search_space(BACKLASH, values={"x_0": 0.4}).freeing_only(["x_0"])
+    problem = Problem(BACKLASH, [clean], ("x_out",), space)
+    scale = min(sensitivity_scales(problem)["x_0"], 0.4)
+    bound = 0.4 + (part if end == "hi" else -part) * scale
+    bounded = replace(problem, space=space.with_bounds("x_0", **{end: bound}))
+    assert ("x_0" in fields_on_bound(bounded, bounded.start())) is near
+
+
+@pytest.mark.parametrize(("part", "touched"), [(0.5e-4, True), (2e-4, False)])
+def test_a_condition_holds_where_a_ten_thousandth_more_breaks_it(clean: FitRun, part: float, touched: bool) -> None:
+    """B = c + beta: c and beta are of size 0.9, and a standard deviation of the output is less of either."""
+    problem = Problem(BACKLASH, [clean], ("x_out",), search_space(BACKLASH).freeing_only(["c", "beta"]))
+    table = problem.start()
+    c, beta = (problem.fields.index(name) for name in ("c", "beta"))
+    table[:, c], table[:, beta] = 0.9, -0.9
+    scales = sensitivity_scales(problem.starting_at(table + np.eye(1, table.shape[1], c) * 0.1))
+    table[:, c] += part * min(scales["c"], 0.9)
+    found = conditions_met(problem, table)
+    assert ("c" in dict.fromkeys(name for names in found.values() for name in names)) is touched
 
 
 def test_the_mean_of_per_run_values_is_known_better_than_each(three: list[FitRun]) -> None:

@@ -149,3 +149,10 @@ def test_a_missing_reader_and_a_damaged_file_are_one_line(tmp_path, monkeypatch,
         monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(InputError, match=rf"{module} is not installed .* pip install 'tsm-fmu\[{extra}\]'"):
         read_record(path)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_matrix_is_its_columns_by_number_whichever_way_it_lies(tmp_path, turned):
+    whole = np.column_stack([TIME, X, TAU])
+    savemat(tmp_path / "own.mat", {"log": {"M": whole.T if turned else whole}})
+    same(tmp_path / "own.mat", {"M(1)": "time [s]", "M(2)": "x_in [rad]", "M(3)": "tau_in [N.m]"})
