@@ -34,6 +34,24 @@ def test_paper_method_ends_at_the_minimum_of_the_fast_one(run: FitRun) -> None:
     assert paper.evaluations > 5 * fast.evaluations
 
 
+def test_evolution_does_not_gather_behind_a_joint_condition() -> None:
+    """The set of MSSP 2015 lies near c + beta = 0; what is drawn back on to it fits 20 times worse."""
+    true = {"c": 1.0006, "beta": -0.917, "alpha": 10.1}
+    time = np.arange(401) * 0.025
+    x = 0.53 * np.sin(1.27 * time) + 0.49 * np.sin(2.71 * time)
+    x_h = np.zeros(time.size)
+    for k, dx in enumerate(np.diff(x)):  # Eq. (10) in closed form where x moves one way
+        rest = math.exp(-true["alpha"] * abs(dx))
+        x_h[k + 1] = x_h[k] * rest + true["beta"] / true["alpha"] * math.copysign(1.0 - rest, dx)
+    y = true["c"] * x + x_h + np.random.default_rng(5).normal(0.0, 4.4e-4, time.size)
+    space = search_space(BACKLASH, values={"c": 1.2, "beta": -0.73, "alpha": 12.0}, fixed=["x_0", "x_h_0"])
+    found = fit(BACKLASH, [FitRun("r", time, x[:, None], y[:, None])], ("x_out",), space, method="paper", seed=1)
+    assert found.measured["x_out"].rmse == pytest.approx(4.4e-4, rel=0.1)
+    for name, value in true.items():
+        assert found.parameters[name].value == pytest.approx(value, rel=5e-3), name
+    assert not found.at_bound
+
+
 def test_paper_method_repeats_itself(run: FitRun) -> None:
     results = [
         fit(

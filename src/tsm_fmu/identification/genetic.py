@@ -2,6 +2,10 @@
 
 ICINCO 2013 and MMT 2015 search with a genetic algorithm and refine with the simplex. Here the searched values
 are all shared parameters; the offset and initial state of each run are solved for, as in `multistart`.
+
+What a joint condition of the model refuses dies in the evolution: drawn back, all that lies behind a boundary would
+share its few points, and the population would gather there. The simplex slides along the boundary, where the best set
+may be.
 """
 
 from __future__ import annotations
@@ -69,7 +73,7 @@ class Evolution:
                 log.begin("differential evolution")
                 rng = np.random.default_rng(self.seed)
                 best = differential_evolution(
-                    cost,
+                    lambda q: cost(q) if variables.accepts(q) else REFUSED,
                     _box(problem, variables),
                     rng=rng,
                     init="sobol",
