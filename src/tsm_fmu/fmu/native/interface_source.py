@@ -54,7 +54,19 @@ def _table(module: ModuleType, fmu: Interface, fmi: int) -> str:
     lines += ["};", ""]
     terms = [f"y->{place.partition('.')[2]}" for place, _ in _places("y", Record(module.Outputs))]
     lines += ["double model_outputs_sum(const Outputs *y)", "{", *wrapped(f"{INDENT}return {' + '.join(terms)};"), "}"]
+    lines += ["", "void model_within_bounds(const Params *p)", "{", *_never_zero(fmu, module), "}"]
     return "\n".join(lines).rstrip() + "\n"
+
+
+def _never_zero(fmu: Interface, module: ModuleType) -> Iterable[str]:
+    """Statements for the parameters whose bounds exclude 0."""
+    yield f"{INDENT}(void)p;"
+    parameters = (e.variable for e in fmu.entries if e.causality == "parameter")
+    for variable, (place, _) in zip(parameters, _places("p", Record(module.Params)), strict=True):
+        q = variable.quantity
+        positive, negative = q.lo > 0.0 or (q.lo == 0.0 and q.open_lo), q.hi < 0.0 or (q.hi == 0.0 and q.open_hi)
+        if variable.kind is float and (positive or negative):
+            yield f"{INDENT}NEVER(p->{place.partition('.')[2]} == 0.0);"
 
 
 def _row(entry: Entry, place: str, count: int, fmi: int) -> Iterable[str]:

@@ -33,7 +33,7 @@ def hysteresis_after(x_h: float, dx_in: float, beta: float, alpha: float) -> flo
     """
     if dx_in == 0.0:
         return x_h
-    asymptote = math.copysign(beta / alpha, beta * dx_in) if beta != 0.0 else 0.0
+    asymptote = math.copysign(1.0, dx_in) * beta / alpha
     return asymptote + (x_h - asymptote) * math.exp(-alpha * abs(dx_in))
 
 

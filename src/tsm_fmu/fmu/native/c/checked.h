@@ -20,9 +20,11 @@
 #if defined(__GNUC__)
 #define RARELY(condition) __builtin_expect(condition, 0)
 #define COLD __attribute__((cold, noinline))
+#define NEVER(condition) do { if (condition) __builtin_unreachable(); } while (0)
 #else
 #define RARELY(condition) (condition)
 #define COLD
+#define NEVER(condition) ((void)(condition))
 #endif
 
 typedef struct {

@@ -32,6 +32,10 @@ typedef struct {
 extern const Variable model_variables[VARIABLES];
 extern const Values model_start_values;
 
+/* For the compiler: a parameter of a started unit is within its bounds, so that one which may not be 0 is not asked
+ * again before it divides. */
+void model_within_bounds(const Params *p);
+
 /* Sum of all outputs: not finite if one of them is not, which is the cheapest way to ask. */
 double model_outputs_sum(const Outputs *y);
 

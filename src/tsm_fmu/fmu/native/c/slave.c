@@ -168,19 +168,29 @@ static void check_inputs(Slave *slave)
     }
 }
 
-static void check_bounds(Slave *slave)
+int slave_out_of_bounds(const Values *values)
 {
     int k;
     for (k = 0; k < FIRST_INPUT; k++) {
         const Variable *v = &model_variables[k];
-        double value = value_get(&slave->memory.values, k);
+        double value = value_get(values, k);
         bool above = value > v->lo || (value == v->lo && !v->open_lo);
         bool below = value < v->hi || (value == v->hi && !v->open_hi);
         if (!(isfinite(value) && above && below)) {
-            const char *format = v->kind == REAL ? "parameter %s = %r%s (%s) -- expected %s -- choose a value inside"
-                                                 : "parameter %s = %.0f%s (%s) -- expected %s -- choose a value inside";
-            fault_raise(&slave->fault, format, v->name, value, v->unit, v->meaning, v->expected);
+            return k;
         }
+    }
+    return -1;
+}
+
+static void check_bounds(Slave *slave)
+{
+    int k = slave_out_of_bounds(&slave->memory.values);
+    if (k >= 0) {
+        const Variable *v = &model_variables[k];
+        const char *format = v->kind == REAL ? "parameter %s = %r%s (%s) -- expected %s -- choose a value inside"
+                                             : "parameter %s = %.0f%s (%s) -- expected %s -- choose a value inside";
+        fault_raise(&slave->fault, format, v->name, value_get(&slave->memory.values, k), v->unit, v->meaning, v->expected);
     }
 }
 

@@ -76,6 +76,9 @@ COLD Status slave_unsupported(Slave *slave, const char *function, const char *wh
 COLD Status slave_null(Slave *slave, const char *function, const char *argument);
 COLD Status slave_wrong(Slave *slave, unsigned reference, const char *what);
 
+/* Position of the first parameter out of its bounds; -1 if there is none. */
+int slave_out_of_bounds(const Values *values);
+
 Status slave_setup(Slave *slave, double start);
 Status slave_enter_initialization(Slave *slave);
 Status slave_exit_initialization(Slave *slave);

@@ -3,6 +3,7 @@
 
 #include <float.h>
 #include <stdint.h>
+#include <string.h>
 
 static const double TIME_TOLERANCE = 1e-3;  /* how far a step may begin from the end of the last one, per step... */
 static const double ROUNDING = 1e-15;       /* ... and per time: hosts add up their clocks in different ways */
@@ -36,6 +37,15 @@ static int first_not_finite(const Values *values, int first, int end)
 static bool right_time(const Memory *m, double time, double step)
 {
     return step > 0.0 && step <= DBL_MAX && fabs(time - m->time) <= TIME_TOLERANCE * step + ROUNDING * fabs(time);
+}
+
+/* Whether two numbers are the same bits: cheaper than ==, and what it misses (-0.0) goes the long way. */
+static inline bool same(double a, double b)
+{
+    uint64_t first, second;
+    memcpy(&first, &a, sizeof first);
+    memcpy(&second, &b, sizeof second);
+    return first == second;
 }
 
 /* A step of another size than the last, or at a time that a host has rounded otherwise. */
@@ -138,10 +148,11 @@ Status slave_step(Slave *slave, const char *function, double time, double step)
         return step_from(slave, function, time, step);
     }
     m = &slave->memory;
-    if (RARELY(time != m->time || step != m->last_step)) {
+    if (RARELY(!same(time, m->time) || !same(step, m->last_step))) {
         return step_anew(slave, function, time, step);
     }
     slave->fault.raised = false;
+    model_within_bounds(&m->values.p);
     model_step(&m->values.p, &m->state, &m->values.u, step, &after, &y, &slave->fault);
     if (RARELY(slave->fault.raised || !(fabs(model_outputs_sum(&y)) <= DBL_MAX))) {
         const int wrong = wrong_output(slave, y);
