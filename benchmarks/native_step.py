@@ -223,9 +223,7 @@ def _beside_hand(k: Kernel, library: Path, host: ctypes.CDLL, folder: Path) -> I
                 yield compare(f"{k.name}: set + doStep / Reference-FMU {REFERENCE}, both through FMPy", in_fmpy, theirs,
                               len(few), FMPY_LIMIT)  # fmt: skip
         else:
-            print(
-                f"{k.name} beside a Reference-FMU: not measured: no ${REFERENCE_FMUS}, see native_step.py"
-            )
+            print(f"{k.name} beside a Reference-FMU: not measured: no ${REFERENCE_FMUS}, see native_step.py")
 
 
 def _in_fmpy(library: Path, guid: str, start: dict[int, float], reference: int, rows: list[float]) -> Any:
