@@ -3,13 +3,16 @@
 import ctypes
 import math
 import shutil
+import struct
 import subprocess
 import zipfile
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
+from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]
 
 from tsm_fmu.fmu.build import build_fmu
 from tsm_fmu.fmu.validate import validate_fmu
@@ -101,6 +104,10 @@ def test_states_saved_serialised_and_restored_repeat_to_the_last_bit(native, fmi
         assert driven(other, k, u, 60, 120) == onward
         with pytest.raises(FMICallException):
             read(serialised[:-8])
+        damaged = bytes(serialised).replace(struct.pack("d", k.params().EA), bytes(8))
+        assert damaged != bytes(serialised)
+        with pytest.raises(FMICallException):
+            read(damaged)
 
 
 @VERSIONS
@@ -170,6 +177,21 @@ def test_calls_out_of_order_and_wrong_variables_are_errors_that_leave_the_rest_a
         assert unit.get("x_out") == [1.00056 * 0.5]
         unit.slave.terminate()
         assert unit.get("x_out") == [1.00056 * 0.5]
+
+
+@VERSIONS
+@pytest.mark.parametrize("name", ["TendonDrive", "LebusTransmission", "DcMotor"])
+def test_terminals_are_valid_and_name_variables_of_the_unit(native, name, fmi):
+    schema = etree.XMLSchema(etree.parse(Path(fmpy.__file__).parent / "schema/fmi3/fmi3TerminalsAndIcons.xsd"))
+    with zipfile.ZipFile(native(name, fmi)) as archive:
+        root = etree.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
+        assert archive.read("terminalsAndIcons/icon.png").startswith(b"\x89PNG")
+        assert ("model.png" in archive.namelist()) == (fmi == 2)
+    schema.assertValid(root)
+    members = [member.get("variableName") for member in root.iter("TerminalMemberVariable")]
+    described = fmpy.read_model_description(str(native(name, fmi)))
+    assert members
+    assert set(members) <= {v.name for v in described.modelVariables if v.causality in ("input", "output")}
 
 
 @VERSIONS

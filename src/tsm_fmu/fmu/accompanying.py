@@ -1,13 +1,14 @@
-"""What accompanies the code in an FMU of any flavour: documentation, licences, icon; and the text of a kernel."""
+"""What accompanies the code in an FMU of any flavour: documentation, licences, XML as text; the text of a kernel."""
 
 from __future__ import annotations
 
 import html
-from importlib import resources
 from importlib.metadata import distributions
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 from ..kernels.kernel import Kernel
 
@@ -19,9 +20,11 @@ def licence(package: str) -> str:
     return next(f for f in files if f.name == "LICENSE" and f.is_file()).read_text()
 
 
-def icon() -> bytes:
-    """The picture that tools draw on the block, FMI 2.0, 2.3."""
-    return resources.files("tsm_fmu").joinpath("data/icon.png").read_bytes()
+def document(root: Element) -> str:
+    """Text of an XML file."""
+    ElementTree.indent(root)
+    text = ElementTree.tostring(root, encoding="unicode", xml_declaration=False)
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
 
 
 def documentation(kernel: Kernel, name: str) -> str:

@@ -16,7 +16,6 @@ from importlib import import_module, resources
 from pathlib import Path
 from types import ModuleType
 from typing import Any
-from xml.etree import ElementTree
 
 from pythonfmu import __version__ as pythonfmu_version
 from pythonfmu.fmi2slave import Fmi2Slave
@@ -25,11 +24,12 @@ from ..kernels.kernel import Kernel
 from ..logs.whole_file import write_whole
 from ..models.contract import InputError
 from . import slave
-from .accompanying import documentation, icon, licence, source_of
+from .accompanying import document, documentation, licence, source_of
 from .archive import named, packed
 from .content import GUID_MARK, TAG_MARK
 from .description import Flavour, interface, model_description
 from .reference import reference_files, reference_run
+from .terminals import terminals_and_icons
 
 PACKAGE = __name__.partition(".")[0]
 PYTHONFMU_FILES = ("_version", "default_experiment", "enums", "fmi2slave", "logmsg", "variables")
@@ -130,15 +130,13 @@ def _content(kernel: Kernel, name: str, params: Any, starts: Mapping[str, float]
     reference, libraries = reference_run(kernel, params), _libraries(name)
     fmu = interface(kernel, name, starts, reference.largest())
     needs = _needs(libraries[f"binaries/linux64/{name}.so"])
-    xml = model_description(fmu, GUID_MARK, python_flavour(needs))
-    ElementTree.indent(xml)
     module_name = kernel.module.__name__.rpartition(".")[2]
     added = f'    guid_built = "{GUID_MARK}"\n    needs = "{needs}"  # noqa: E501\n'
     if starts:
         added += f"    start_values = {dict(sorted(starts.items()))!r}  # noqa: RUF012\n"
     package = f"resources/{PACKAGE}_{TAG_MARK}"
     texts = {
-        "modelDescription.xml": ElementTree.tostring(xml, encoding="unicode", xml_declaration=False) + "\n",
+        "modelDescription.xml": document(model_description(fmu, GUID_MARK, python_flavour(needs))),
         "documentation/index.html": documentation(kernel, name),
         "documentation/licenses/license.txt": licence("tsm-fmu"),
         "documentation/licenses/PythonFMU.txt": licence("pythonfmu"),
@@ -148,7 +146,6 @@ def _content(kernel: Kernel, name: str, params: Any, starts: Mapping[str, float]
         f"{package}/pythonfmu/__init__.py": "",
         **reference_files(fmu, reference),
     }
-    texts["modelDescription.xml"] = '<?xml version="1.0" encoding="UTF-8"?>\n' + texts["modelDescription.xml"]
     for module in ("pythonfmu." + f for f in PYTHONFMU_FILES):
         texts[f"{package}/{module.replace('.', '/')}.py"] = source_of(import_module(module))
     for module, text in needed_sources(kernel.module, slave).items():
@@ -156,7 +153,7 @@ def _content(kernel: Kernel, name: str, params: Any, starts: Mapping[str, float]
         for depth in range(1, len(folders)):
             texts[f"{package}/{'/'.join(folders[:depth])}/__init__.py"] = ""
         texts[f"{package}/{'/'.join(folders)}.py"] = _isolated(text)
-    return {path: text.encode() for path, text in texts.items()} | {"model.png": icon()} | libraries
+    return {path: text.encode() for path, text in texts.items()} | terminals_and_icons(fmu, 2) | libraries
 
 
 def python_flavour(needs: str) -> Flavour:

@@ -1,4 +1,4 @@
-"""FMI 3.0 model description of a kernel, and its terminals: the same variables, units and structure as in FMI 2.0."""
+"""FMI 3.0 model description of a kernel: the same variables, units and structure as in FMI 2.0."""
 
 from __future__ import annotations
 
@@ -7,27 +7,6 @@ from xml.etree.ElementTree import Element, SubElement
 
 from ..models.contract import Variable
 from .description import Flavour, Interface, about, add_units, needed_inputs, number_text
-
-TERMINALS = {
-    "drive": (
-        "x_in",
-        "x",
-        "v",
-        "a",
-        "v_in",
-        "theta_in",
-        "tau_in",
-        "tau_drive",
-        "T_in",
-        "T_drive",
-        "u",
-        "x_r",
-        "theta_r",
-    ),
-    "distal": ("x_out", "theta_out", "tau_out", "T_out", "phi", "omega", "domega"),
-    "load": ("tau_load", "T_load", "T_measured"),
-}
-"""Variables that belong to one connector, by its name; a model has those of its own."""
 
 
 def model_description3(fmu: Interface, guid: str, flavour: Flavour) -> Element:
@@ -50,23 +29,6 @@ def model_description3(fmu: Interface, guid: str, flavour: Flavour) -> Element:
     for reference in _declared(fmu):
         _add_variable(listed, fmu, reference)
     _add_structure(SubElement(root, "ModelStructure"), fmu)
-    return root
-
-
-def terminals(fmu: Interface) -> Element:
-    """``terminalsAndIcons.xml``: what is connected together."""
-    root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
-    listed = SubElement(root, "Terminals")
-    present = [e.variable.name for e in fmu.entries if e.causality != "parameter"]
-    for name, members in TERMINALS.items():
-        found = [m for m in members if m in present]
-        if found:
-            terminal = SubElement(listed, "Terminal", name=name, matchingRule="bus")
-            for member in found:
-                kind = "signal"
-                SubElement(
-                    terminal, "TerminalMemberVariable", variableName=member, memberName=member, variableKind=kind
-                )
     return root
 
 

@@ -15,7 +15,6 @@ import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
-from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
@@ -23,6 +22,7 @@ import numpy as np
 from ..kernels.arrays import FloatArray
 from ..kernels.kernel import Kernel
 from ..models.contract import InputError
+from .accompanying import document
 from .description import Interface, number_text
 from .stimuli import ROWS, STEP, stimuli
 
@@ -72,7 +72,7 @@ def reference_files(fmu: Interface, reference: Reference, arrays: bool = False) 
     kernel, inputs, results = reference.kernel, reference.inputs, reference.results
     parameters, given, expected = "parameters.ssv", f"{fmu.name}_in.csv", f"{fmu.name}_out.csv"
     texts = {
-        parameters: _text(_parameter_set(fmu, arrays)),
+        parameters: document(_parameter_set(fmu, arrays)),
         expected: _csv([v.name for v in kernel.outputs], _result_rows(kernel, results)),
     }
     if kernel.inputs:
@@ -87,11 +87,11 @@ def reference_files(fmu: Interface, reference: Reference, arrays: bool = False) 
         ("smoke_test.exp", "experiment/smoke-test", SMOKE_ROWS),
         ("validation.exp", "experiment/validation", ROWS),
     ):
-        texts[file] = _text(_experiment(role, rows, parameters, given if given in texts else "", expected))
+        texts[file] = document(_experiment(role, rows, parameters, given if given in texts else "", expected))
         related[file] = (role, EXPERIMENT_TYPE, f"The first {rows} rows of stimuli and results")
     manifest = _manifest({file: (*related[file], text) for file, text in sorted(texts.items())})
     return {f"{FOLDER}/{file}": text for file, text in texts.items()} | {
-        MANIFEST: _text(manifest),
+        MANIFEST: document(manifest),
         "documentation/fmi-ls-ref.html": _DOCUMENTATION.format(name=fmu.name, tolerance=TOLERANCE, step=STEP),
     }
 
@@ -206,12 +206,6 @@ def _manifest(related: Mapping[str, tuple[str, str, str, str]]) -> Element:
 def checksum(data: bytes) -> str:
     """Checksum of a related file as the manifest has it."""
     return hashlib.sha3_256(data).hexdigest()
-
-
-def _text(root: Element) -> str:
-    ElementTree.indent(root)
-    text = ElementTree.tostring(root, encoding="unicode", xml_declaration=False)
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
 
 
 _DOCUMENTATION = """<!DOCTYPE html>

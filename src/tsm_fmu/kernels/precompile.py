@@ -1,6 +1,6 @@
 """Compile every model and effect into the cache, so that a first diagnosis waits for its chains alone.
 
-``python -m tsm_fmu.kernels.precompile``, once after an installation; ``make`` does so. What is compiled already is left.
+``python -m tsm_fmu.kernels.precompile``, once after an installation, as ``make`` does. What is compiled is left.
 """
 
 from __future__ import annotations

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from importlib import resources
 from typing import Any
-from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from ...kernels.kernel import Kernel
-from ..accompanying import documentation, icon, licence
+from ..accompanying import document, documentation, licence
 from ..archive import named
 from ..content import GUID_MARK
 from ..description import Flavour, interface, model_description
-from ..description3 import model_description3, terminals
+from ..description3 import model_description3
 from ..reference import reference_files, reference_run
+from ..terminals import terminals_and_icons
 from .interface_source import interface_files
 from .model_source import model_files
 from .zig import binaries
@@ -78,17 +78,14 @@ def native_files(
     sources = sources_of(kernel, fmu, fmi)
     xml = (model_description if fmi == 2 else model_description3)(fmu, GUID_MARK, native_flavour())
     texts = {
-        "modelDescription.xml": _document(xml),
-        "sources/buildDescription.xml": _document(_build_description(name)),
+        "modelDescription.xml": document(xml),
+        "sources/buildDescription.xml": document(_build_description(name)),
         "documentation/index.html": documentation(kernel, name),
         "documentation/licenses/license.txt": licence("tsm-fmu"),
         **{f"sources/{file}": text for file, text in sources.items()},
         **reference_files(fmu, reference, arrays=fmi == 3),
     }
-    if fmi == 3:
-        texts["terminalsAndIcons/terminalsAndIcons.xml"] = _document(terminals(fmu))
-    picture = {"model.png": icon()} if fmi == 2 else {"terminalsAndIcons/icon.png": icon()}
-    files = named({path: text.encode() for path, text in texts.items()} | picture)
+    files = named({path: text.encode() for path, text in texts.items()} | terminals_and_icons(fmu, fmi))
     compiled = {path.removeprefix("sources/"): data for path, data in files.items() if path.startswith("sources/")}
     return files | binaries(compiled, MAIN, name, fmi, platforms)
 
@@ -139,9 +136,3 @@ def _build_description(name: str) -> Element:
     SubElement(sources, "SourceFile", name=MAIN)
     SubElement(build, "Library", name="m", external="true", description="math; part of the C library on Windows")
     return root
-
-
-def _document(root: Element) -> str:
-    ElementTree.indent(root)
-    text = ElementTree.tostring(root, encoding="unicode", xml_declaration=False)
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'

@@ -39,6 +39,9 @@ LIMIT = 100_000
 SMALL = ("-Os", "-DSMALL", "-fno-asynchronous-unwind-tables", "-fno-unwind-tables")
 """Options from there on."""
 
+SMALLEST = (*SMALL, "-mllvm", "-inline-threshold=-10")
+"""Options where it still reaches the limit: fewer copies of small functions."""
+
 WINDOWS = "windows.c"
 """Stands around the sources there, see it."""
 _UCRT = tuple(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in "convert heap math private runtime stdio string".split())
@@ -114,8 +117,11 @@ def _place(platform: Platform, name: str, fmi: int) -> str:
 
 
 def _library(platform: Platform, folder: Path, main: str, name: str) -> bytes:
-    fast = _compiled(platform, folder, main, name, *FAST)
-    return fast if len(fast) < LIMIT else _compiled(platform, folder, main, name, *SMALL, *platform.small)
+    library = _compiled(platform, folder, main, name, *FAST)
+    for options in (SMALL, SMALLEST):
+        if len(library) >= LIMIT:
+            library = _compiled(platform, folder, main, name, *options, *platform.small)
+    return library
 
 
 def _compiled(platform: Platform, folder: Path, main: str, name: str, *optimised: str) -> bytes:
