@@ -37,6 +37,8 @@ mutate: .venv/ready-mutation  # faults put into the files that differ from BASE:
 .venv/ready: $(PINNED)
 	$(PYTHON) build_scripts/setup_venv.py
 	@touch $@
+	@echo "setup: models and effects are compiled in the background, for the first diagnosis"
+	@nice $(BIN)/python -m tsm_fmu.kernels.precompile >/dev/null 2>&1 &
 
 .venv/ready-test: $(PINNED)
 	$(PYTHON) build_scripts/setup_venv.py test

@@ -29,8 +29,7 @@ def main(extra):
     constraints = os.path.join(ROOT, "constraints.txt")
     pip = [inside, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     print("setup: installing the pinned packages into .venv (about a minute the first time)", flush=True)
-    failed = subprocess.call([*pip, "--constraint", constraints, "--editable", target])
-    sys.exit(failed or subprocess.call([inside, "-m", "tsm_fmu.kernels.precompile"]))
+    sys.exit(subprocess.call([*pip, "--constraint", constraints, "--editable", target]))
 
 
 def supported_python():

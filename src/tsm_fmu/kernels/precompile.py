@@ -1,6 +1,7 @@
 """Compile every model and effect into the cache, so that a first diagnosis waits for its chains alone.
 
-``python -m tsm_fmu.kernels.precompile``, once after an installation, as ``make`` does. What is compiled is left.
+``python -m tsm_fmu.kernels.precompile``, once after an installation; ``make demo`` does so in the background, the first
+time. What is compiled already is left.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ def main() -> int:
     """Compile on all processors; 0, also where there is no folder to keep anything in."""
     if folder() is None:
         return 0
-    print("setup: compiling models and effects, so that no first run waits for it (half a minute, once)", flush=True)
+    print("precompile: models and effects, once for this version", flush=True)
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
         for _ in pool.map(_compile, range(len(_MODULES)), chunksize=4):
             pass
