@@ -27,6 +27,12 @@ def diagnose(
         list[str],
         typer.Option(metavar="COLUMN=ROLE", help="What a column drives: load, bend, position, none; repeatable."),
     ] = [],  # noqa: B006
+    improve: Annotated[
+        bool,
+        typer.Option(
+            "--improve", help="Then add what makes runs left out come out better, named or not: improved.toml."
+        ),
+    ] = False,
     start: Start = None,
     stop: Stop = None,
     maps: Map = [],  # noqa: B006
@@ -49,6 +55,7 @@ def diagnose(
             cutoff=cutoff,
             seed=seed,
             drive=settings(drive, "--drive"),
+            improve=improve,
             out=out,
             progress=progress,
         )

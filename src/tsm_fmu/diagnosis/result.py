@@ -29,6 +29,7 @@ from .evidence import (
     ResidualShape,
     RunComparison,
 )
+from .improved import ImprovedModel
 
 MOST_DRAWN = 3
 """Other effects, each alone, in the picture of the gap: the best ones."""
@@ -87,6 +88,8 @@ class Diagnosis:
     motion : str
         Input that drives the model, ``v`` for a speed; empty without.
     motion_unit : str
+    improved : ImprovedModel or None
+        The model that predicts best, with effects that may be useful and not named; None unless it was asked for.
     notes : tuple of str
         What else a user should know.
     records : mapping of str to str
@@ -122,6 +125,7 @@ class Diagnosis:
     compared_from: Mapping[str, float] = field(default_factory=dict)
     motion: str = ""
     motion_unit: str = "1"
+    improved: ImprovedModel | None = None
     notes: tuple[str, ...] = ()
     records: Mapping[str, str] = field(default_factory=dict)
     preset: str = ""
@@ -163,6 +167,9 @@ class Diagnosis:
             parts.append(f"These runs could not show: {', '.join(self.not_excited)}.")
         if self.not_applicable:
             parts.append(f"Nothing is said of (not applicable): {', '.join(self.not_applicable)}.")
+        if self.improved is not None:
+            table = self.improved_frame().to_string(na_rep="", float_format="%.4g")
+            parts += [self.improved.text, _indented("The way to the improved model: error (RMS)", table)]
         parts += [f"Note: {note}." for note in self.notes]
         return "\n\n".join(parts)
 
@@ -184,6 +191,20 @@ class Diagnosis:
             for channel, g in self.gap.items()
         }  # fmt: skip
         return pd.DataFrame.from_dict(rows, orient="index").dropna(axis="columns", how="all").rename_axis("channel")
+
+    def improved_frame(self) -> pd.DataFrame:
+        """Steps of the way to the improved model [SI, RMS]: on measured runs, on runs left out in turn, held out."""
+        rows = [
+            {
+                f"{channel} [{self.gap[channel].unit}], {side}": error
+                for channel in self.channels
+                for side, errors in (("measured", s.measured), ("left out", s.left_out), ("held out", s.holdout))
+                if (error := errors.get(channel)) is not None
+            }
+            for s in self.improved.steps
+        ] if self.improved else []  # fmt: skip
+        names = [s.added or "refitted" for s in self.improved.steps] if self.improved else []
+        return pd.DataFrame(rows, pd.Index(names, name="added"))
 
     def figure(self) -> Figure:
         """The gap as it shrinks, measured and held out: as given, refitted, other effects, the answer's, floor."""
@@ -231,7 +252,9 @@ class Diagnosis:
         return _added(self.effects, channel) or either or "answer"
 
     def _repr_html_(self) -> str:
-        tables = "".join(f.to_html(na_rep="") for f in (self.gap_frame(), self.to_frame()) if len(f))
+        tables = "".join(
+            f.to_html(na_rep="") for f in (self.gap_frame(), self.to_frame(), self.improved_frame()) if len(f)
+        )
         notes = "".join(f"<li>{html.escape(note)}</li>" for note in self.notes)
         return f"<p><b>{html.escape(self.answer)}</b></p>{tables}<ul>{notes}</ul>"
 

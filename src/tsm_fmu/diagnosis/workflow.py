@@ -11,16 +11,21 @@ from ..card import ModelCard, RecordUsed
 from ..effects import EFFECTS, id_of
 from ..kernels.kernel import Kernel
 from ..logs.record import Record
+from ..models.contract import InputError
+from ..regression.held_out import SETTLING
 from ..regression.problem import FitRun
 from .answer.candidates import candidates_of, rows_of, steps_of
 from .answer.family import families_of, family_evidence
 from .answer.gaps import errors_of, gaps
+from .answer.improvement import improvement_of
 from .answer.next_motion import next_motion
 from .answer.parameters import bound_notes, card_of, changes_of, model_fit, per_run_values
 from .answer.sentence import answer, leading_channel
 from .answer.shape import located, with_position_law
 from .answer.verdict import Verdict, verdict_of
 from .choice.baselines import baselines
+from .choice.hypotheses import can_leave_out
+from .choice.path import way_to_a_better_model
 from .choice.search import Search, candidate_places
 from .choice.selection import Selection, select
 from .choice.visibility import unexcited
@@ -87,7 +92,7 @@ def diagnose(
     model: Kernel, measured: Sequence[Record], *, values: Mapping[str, float] | None = None, preset: str | None = None,
     fixed: Sequence[str] = (), reference: Sequence[Record] = (), holdout: Sequence[Record] = (),
     cutoff: float | None = None, seed: int = 0, drive: Mapping[str, str] | None = None,
-    progress: Progress = lambda _: None,
+    improve: bool = False, progress: Progress = lambda _: None,
 ) -> Diagnosis:  # fmt: skip
     """Find where model and measurement disagree, and which effect is missing.
 
@@ -109,6 +114,8 @@ def diagnose(
         Of the noise that residuals are compared with.
     drive : mapping of str to str, optional
         What a column of the runs may be for effects, instead of what its unit says: load, bend, position or none.
+    improve : bool
+        Go on, effect after effect, to the model that predicts best; see `choice.path`.
     progress : callable
         Given, before each step, what is being done.
 
@@ -119,11 +126,17 @@ def diagnose(
     Raises
     ------
     InputError
-        Runs that do not fit the model, values from which it cannot run, a held-out run that is too short.
+        Runs that do not fit the model, values from which it cannot run, a held-out run that is too short; a single run
+        where an improved model is asked for.
     DiagnosisInterrupted
         Ctrl-C after the model was refitted.
     """
     runs = prepared(model, measured, reference, holdout, cutoff, drive)
+    if improve and not can_leave_out(runs.measured):
+        raise InputError(
+            f"--improve with {len(measured)} measured run{'s' if len(measured) > 1 else ''} -- expected two or more, "
+            f"each longer than {2 * SETTLING:g} s: steps are judged on runs left out -- give more with --measured"
+        )
     progress("gate")
     checked = gate(measured, runs.model, runs.channels)
     roles = {"measured": measured, "held out": holdout, "reference": reference}
@@ -132,12 +145,17 @@ def diagnose(
         return _refused(runs, checked, records, preset, seed)
     used = [RecordUsed(r.name, r.sha256) for r in measured if r.sha256]
     used += [RecordUsed(r.name, r.sha256, "holdout") for r in holdout if r.sha256]
+    task = task_of(runs, values or {}, preset, fixed)
     try:
-        found = investigate(runs, task_of(runs, values or {}, preset, fixed), progress)
+        found = investigate(runs, task, progress)
     except SearchInterrupted as stopped:
         raise DiagnosisInterrupted(card_of(stopped.refitted, tuple(used), preset or "", seed)) from None
     progress("locate")
-    return _described(found, checked, measured, tuple(used), records, preset or "", seed)
+    diagnosis = _described(found, checked, measured, tuple(used), records, preset or "", seed)
+    if not improve:
+        return diagnosis
+    way = way_to_a_better_model(runs.model, task, runs.effects, progress)
+    return replace(diagnosis, improved=improvement_of(way, runs, diagnosis.effects, tuple(used), preset or "", seed))
 
 
 def task_of(runs: PreparedRuns, values: Mapping[str, float], preset: str | None, fixed: Sequence[str]) -> Task:

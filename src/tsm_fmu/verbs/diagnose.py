@@ -27,6 +27,7 @@ def diagnose(
     cutoff: float | None = None,
     seed: int = 0,
     drive: Mapping[str, str] | None = None,
+    improve: bool = False,
     out: str | os.PathLike[str] | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Diagnosis:
@@ -50,6 +51,9 @@ def diagnose(
         What a column of the runs beyond the model's variables may be for effects: ``load`` (tensions, forces, motor
         currents), ``bend`` (a sheath's angle), ``position`` (of a model driven by its speed) or ``none``. Without it
         its unit says so.
+    improve : bool
+        Also go on, effect after effect, to the model that predicts best on runs left out of the fit (two measured runs
+        or more; minutes): ``improved`` of the result. It may hold effects that are useful and not named.
     out : str or Path, optional
         Folder for ``diagnosis.json``, the model of the answer as card and FMU, and the report; nothing is written
         without it.
@@ -75,7 +79,8 @@ def diagnose(
     try:
         found = find(
             resolved.kernel, measured, values=start, preset=resolved.preset or None, fixed=resolved.fixed,
-            reference=references, holdout=held_out, cutoff=cutoff, seed=seed, drive=drive, progress=progress,
+            reference=references, holdout=held_out, cutoff=cutoff, seed=seed, drive=drive, improve=improve,
+            progress=progress,
         )  # fmt: skip
     except DiagnosisInterrupted as stopped:
         if folder is None:

@@ -7,11 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...regression.multistart import MultiStart
 from ...regression.problem import FitRun
+from ...regression.solver import SearchLog
 from ..fits.nuisance import nuisance_specs, removed_on_reference, with_nuisances
 from ..fits.quantised import Levels, coarse, step_noise
 from ..fits.refit import Fitted, Task, as_given, refit
 from .hypotheses import Hypothesis, hypothesis
+
+LOST_SHARE = 0.5
+"""Part of a channel's spread that a refit from the values given leaves at most, if these were a start at all."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +93,14 @@ def baselines(
 def refitted_model(task: Task, effects: Sequence[str], given: Fitted | None = None) -> Fitted:
     """The model refitted, channels weighted by the inverse of what a first refit leaves of them."""
     first = refit(task, effects, {}, per_run_values=given.per_run if given else None)
+    if (first.rmse > LOST_SHARE * first.spread).any():
+        first = min(first, _from_several_starts(first), key=lambda f: f.cost)
     if len(task.channels) < 2:
         return first
     weighted = replace(task, weights=1.0 / np.maximum(first.rmse, 1e-6 * first.spread))
     return refit(weighted, effects, first.values, per_run_values=first.per_run)
+
+
+def _from_several_starts(fitted: Fitted) -> Fitted:
+    """The same model fitted as an identification does it: linear parameters solved for, several physical starts."""
+    return replace(fitted, table=MultiStart()(fitted.problem, SearchLog()).table)

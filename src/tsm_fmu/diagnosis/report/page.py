@@ -33,7 +33,7 @@ MOST_PLACES = 12
 def write_diagnosis_report(path: Path, found: Diagnosis) -> Path:
     """Write the report; see `tsm_fmu.report.write_report`."""
     made = [
-        _gaps(found), _where(found), _candidates(found), _families(found), _formulas(found),
+        _gaps(found), _where(found), _candidates(found), _families(found), _formulas(found), _improved(found),
         *run_sections(found), _not_excluded(found), _next(found), _parameters(found), _notes(found),
     ]  # fmt: skip
     model = found.final.model if found.final else ""
@@ -93,6 +93,26 @@ def _gap_table(channel: str, g: Gap) -> Table:
         if text:
             rows.append((name, *("" for _ in runs[1:]), text))
     return Table((f"error of {channel} [{unit.unit}]", *runs), rows)
+
+
+def _improved(found: Diagnosis) -> Section | None:
+    """The way to the model that predicts best."""
+    if found.improved is None:
+        return None
+    frame = found.improved_frame()
+    rows = [
+        (name, *(f"{x:.3g}" for x in row)) for name, row in zip(frame.index, frame.to_numpy().tolist(), strict=True)
+    ]
+    zeros = [
+        Table(
+            (f"zero of {z.channel} by run", f"[{(unit := display(z.unit, z.scatter)).unit}]"),
+            [(run, _rounded(x * unit.factor)) for run, x in z.by_run.items()],
+        )
+        for z in found.improved.zeros
+    ]
+    return Section(
+        "For prediction", found.improved.text, [Table(("added, RMS", *map(str, frame.columns)), rows), *zeros]
+    )
 
 
 def _where(found: Diagnosis) -> Section | None:

@@ -13,6 +13,7 @@ from ...logs.plain_json import finite
 from ...logs.record import write_record
 from ...logs.whole_file import remove_earlier, write_whole
 from ..evidence import Candidate
+from ..improved import ImprovedModel
 from ..result import Diagnosis
 from .export import export_answer
 from .page import write_diagnosis_report
@@ -32,7 +33,10 @@ def write_diagnosis(out: Path, found: Diagnosis) -> dict[str, Any]:
     InputError
         The folder cannot be written.
     """
-    remove_earlier(out, ("diagnosis.json", "card.toml", "card.incomplete.toml", "next_experiment.csv", "report.html"))
+    remove_earlier(
+        out,
+        ("diagnosis.json", "card.toml", "card.incomplete.toml", "next_experiment.csv", "report.html", "improved.toml"),
+    )
     card = fmu = experiment = None
     if found.model is not None:
         card = out / "card.toml"
@@ -42,8 +46,12 @@ def write_diagnosis(out: Path, found: Diagnosis) -> dict[str, Any]:
     if found.next_motion is not None:
         experiment = out / "next_experiment.csv"
         write_record(experiment, found.next_motion.time, found.next_motion.columns, found.next_motion.units)
+    improved = None
+    if found.improved is not None:
+        improved = out / "improved.toml"
+        write_card(improved, found.improved.model)
     report = write_diagnosis_report(out / "report.html", found)
-    paths = {"card": card, "fmu": fmu, "report": report, "next_experiment": experiment}
+    paths = {"card": card, "fmu": fmu, "report": report, "next_experiment": experiment, "improved_card": improved}
     data = as_json(found, {name: str(path) if path else None for name, path in paths.items()})
     write_whole(out / "diagnosis.json", json.dumps(finite(data), indent=2) + "\n")
     return data
@@ -69,7 +77,20 @@ def as_json(found: Diagnosis, paths: Mapping[str, str | None]) -> dict[str, Any]
         "gap": {channel: asdict(g) for channel, g in found.gap.items()},
         **paths,
         "formulas": {s.channel: asdict(s.formula) for s in found.shapes if s.formula.text},
+        "improved": _improved(found.improved),
         "notes": [*found.gate.refused, *found.notes, *found.gate.notes],
+    }
+
+
+def _improved(found: ImprovedModel | None) -> dict[str, Any] | None:
+    if found is None:
+        return None
+    return {
+        "text": found.text,
+        "effects": list(found.effects),
+        "not_named": list(found.not_named),
+        "steps": [asdict(s) for s in found.steps],
+        "zeros": [asdict(z) for z in found.zeros],
     }
 
 

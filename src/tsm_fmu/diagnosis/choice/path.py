@@ -1,0 +1,190 @@
+"""The way from a plain model to one that predicts: effect after effect, each judged on runs left out in turn.
+
+A name needs evidence that no other law would do (`supported`); a prediction needs only that runs which were not fitted
+come out better. So this way may hold effects that are useful and not named. It takes no part in the verdict.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from ...kernels.arrays import FloatArray
+from ...kernels.kernel import Kernel, kernel
+from ...models.contract import InputError
+from ...regression.threads import together
+from ..criteria import LEFT_OUT_PARTS
+from ..fits.nuisance import FIRST_STEPS, begun_with
+from ..fits.refit import Fitted, Task, refit
+from ..fits.response import places_of
+from ..fits.screening import Screened, screen
+from .baselines import refitted_model
+from .hypotheses import shortlist
+from .search import candidate_places
+
+LEAST_GAIN = 0.03
+"""Log of the mean squares, over the channels, on runs left out that a step must gain: less is hardly seen."""
+SURE_RATIO = 1.0
+"""The gain must be this many of its standard errors over the runs."""
+MOST_STEPS = 8
+"""Effects on the way, at most."""
+SCREENED = 8
+"""Best candidates of the linear step that a few steps of a refit probe."""
+PROBED = 3
+"""Of these, so many are refitted to the end and judged on runs left out."""
+FOLD_STEPS = 8
+FURTHER_STEPS = 30
+"""Steps of a refit on the way."""
+LAST_STEPS = 60
+"""Steps of the refits at its ends."""
+
+
+@dataclass(frozen=True)
+class Stop:
+    """The model at one place of the way.
+
+    Attributes
+    ----------
+    added : str
+        What was added last: an effect as ``id`` or ``id@channel``, or ``parameter = value`` of a model's choice; empty
+        at the start.
+    fitted : Fitted
+    left_out : tuple of ndarray, shape (channels,)
+        Mean square on each run when it was left out.
+    """
+
+    added: str
+    fitted: Fitted
+    left_out: tuple[FloatArray, ...] = field(repr=False)
+
+    @cached_property
+    def left_out_rms(self) -> FloatArray:
+        """RMS over the runs left out, by channel."""
+        return np.sqrt(np.mean(self.left_out, axis=0))
+
+    def gain_over(self, before: Stop) -> tuple[float, float]:
+        """How much the log of the mean squares on runs left out is lower, and its standard error over the runs."""
+        a, b = np.array(before.left_out), np.array(self.left_out)
+        gain = float(np.sum(np.log(a.mean(axis=0) / b.mean(axis=0))))
+        count = len(a)
+        without = [
+            np.sum(np.log(np.delete(a, k, 0).mean(axis=0) / np.delete(b, k, 0).mean(axis=0))) for k in range(count)
+        ]
+        return gain, float(np.sqrt((count - 1) * np.var(without)))  # jackknife
+
+
+def way_to_a_better_model(
+    model: Kernel, task: Task, effects: Sequence[str], progress: Callable[[str], None] = lambda _: None
+) -> list[Stop]:
+    """The stops of the way, first the model refitted.
+
+    Parameters
+    ----------
+    model : Kernel
+        With the inputs of the runs.
+    task : Task
+        With at least two runs.
+    effects : sequence of str
+        That the model has already.
+    progress : callable
+        Given what is being done.
+    """
+    progress("way to a better model: the model refitted")
+    way = [_first(task, effects)]
+    while len(way) <= MOST_STEPS:
+        progress(f"way to a better model: step {len(way)}")
+        best = _next(model, way[-1])
+        if best is None:
+            break
+        gain, error = best.gain_over(way[-1])
+        if gain < LEAST_GAIN or gain < SURE_RATIO * error:
+            break
+        way.append(best)
+    return _without_idle(way, progress)
+
+
+def _without_idle(way: Sequence[Stop], progress: Callable[[str], None]) -> list[Stop]:
+    """The way, and at its end the model without the effects that later ones made idle, refitted to the end."""
+    last = way[-1]
+    added = [stop.added for stop in way[1:-1] if stop.added in last.fitted.effects]
+    for spec in added:
+        progress(f"way to a better model: without {spec}")
+        effects = [e for e in last.fitted.effects if e != spec]
+        less = refit(last.fitted.task, effects, last.fitted.values, per_run_values=last.fitted.per_run)
+        stop = _judged(f"without {spec}", less)
+        if last.gain_over(stop)[0] < LEAST_GAIN:
+            last = stop
+    if len(way) > 1:
+        last = replace(last, fitted=_reweighted(last.fitted, LAST_STEPS))
+    return [*way[:-1], last] if last.added == way[-1].added else [*way, last]
+
+
+def _first(task: Task, effects: Sequence[str]) -> Stop:
+    """The model refitted, whatever values it was given: a poor start would be mended by effects."""
+    plain = _reweighted(refitted_model(task, effects), LAST_STEPS)
+    return _judged("", plain)
+
+
+def _reweighted(fitted: Fitted, steps: int) -> Fitted:
+    """Refitted with each channel weighted by the inverse of what is left of it."""
+    task = replace(fitted.task, weights=1.0 / np.maximum(fitted.rmse, 1e-6 * fitted.spread))
+    return refit(task, fitted.effects, fitted.values, per_run_values=fitted.per_run, steps=steps)
+
+
+def _judged(added: str, fitted: Fitted) -> Stop:
+    """With what is left on runs left out in turn."""
+    runs = fitted.problem.runs
+    found: list[FloatArray] = [np.empty(0)] * len(runs)
+    for part in range(min(LEFT_OUT_PARTS, len(runs))):
+        kept = [k for k in range(len(runs)) if k % LEFT_OUT_PARTS != part]
+        task = replace(fitted.task, runs=[runs[k] for k in kept])
+        own = {name: values[kept] for name, values in fitted.per_run.items()}
+        less = refit(task, fitted.effects, fitted.values, per_run_values=own, steps=FOLD_STEPS)
+        out = range(part, len(runs), LEFT_OUT_PARTS)
+        for k, residual in zip(out, less.held_out_errors([runs[k] for k in out]), strict=True):
+            found[k] = np.mean(residual**2, axis=0)
+    return Stop(added, fitted, tuple(found))
+
+
+def _next(model: Kernel, at: Stop) -> Stop | None:
+    """The best step on: the effect, or the choice of the model, that leaves least on runs left out."""
+    fitted = at.fitted
+    counted = np.ones(len(fitted.rmse), bool)
+    travel = max(float(np.ptp(c.x)) for c in places_of(fitted))
+    places = [c for c in candidate_places(model, fitted, travel) if c.spec not in fitted.effects]
+    screened = shortlist(screen(fitted, places, counted), SCREENED)
+
+    def begun(s: Screened) -> tuple[str, Fitted] | None:
+        try:
+            return s.attached.spec, begun_with(fitted, s, ())
+        except InputError:
+            return None
+
+    tried = [one for one in together(begun, screened) if one is not None]
+    for name, value in _choices(fitted):
+        other = refit(fitted.task, fitted.effects, {**fitted.values, name: value}, steps=FIRST_STEPS)
+        tried.append((f"{name} = {value:g}", other))
+    tried.sort(key=lambda one: _log_left(one[1]))
+
+    def refitted(one: tuple[str, Fitted]) -> Stop:
+        return _judged(one[0], _reweighted(one[1], FURTHER_STEPS))
+
+    stops = together(refitted, tried[:PROBED])
+    return min(stops, key=lambda s: float(np.sum(np.log(s.left_out_rms))), default=None)
+
+
+def _choices(fitted: Fitted) -> list[tuple[str, int]]:
+    """Other values of the model's own choices."""
+    found = []
+    for v in kernel(fitted.model).parameters:
+        if v.kind is int and v.quantity.choices and v.name not in fitted.task.fixed:
+            now = int(fitted.values[v.name])
+            found += [(v.name, k) for k in range(int(v.quantity.lo), int(v.quantity.hi) + 1) if k != now]
+    return found
+
+
+def _log_left(fitted: Fitted) -> float:
+    return float(np.sum(np.log(fitted.rmse / fitted.spread)))

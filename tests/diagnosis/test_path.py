@@ -1,0 +1,73 @@
+"""The way from a plain model to one that predicts: what is planted comes in, noise does not, zeros have their size."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tsm_fmu as tsm
+from tsm_fmu.diagnosis.answer.improvement import improvement_of
+from tsm_fmu.diagnosis.choice.path import Stop, way_to_a_better_model
+from tsm_fmu.diagnosis.improved import ImprovedModel
+from tsm_fmu.diagnosis.runs.prepared import prepared
+from tsm_fmu.diagnosis.workflow import task_of
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.record import Record
+from tsm_fmu.models.contract import InputError
+
+MODEL = kernel("PairedTsmBacklash")
+TRUE = {"c": 0.9137, "beta": -0.3871, "alpha": 13.7}
+ZEROS = (-1.2731, -1.1837, -1.2419, -1.2077)
+
+
+def rig_run(name: str, seed: int, zero: float, cubic: float) -> Record:
+    """The model with a law of the position that it lacks, white noise and an encoder."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, 13.0, 0.01)
+    x = 0.41 * np.sin(rng.uniform(1.3, 1.9) * t) + 0.17 * np.sin(rng.uniform(3.8, 5.7) * t + rng.uniform(0, 6))
+    y = MODEL.simulate(MODEL.params(None, {**TRUE, "x_0": zero}), t, x[:, None])[:, 0]
+    y = y + cubic * x**3 + 6e-4 * rng.standard_normal(t.size)
+    return Record(name, t, {"x_in": x, "x_out": np.round(y / 0.0007) * 0.0007}, {"x_in": "rad", "x_out": "rad"})
+
+
+def way_of(cubic: float) -> tuple[list[Stop], ImprovedModel]:
+    records = [rig_run(f"run {k}", 41 + k, zero, cubic) for k, zero in enumerate(ZEROS)]
+    runs = prepared(MODEL, records, [], [rig_run("held out", 57, -1.2263, cubic)], None)
+    way = way_to_a_better_model(runs.model, task_of(runs, {}, None, ()), ())
+    return way, improvement_of(way, runs, (), (), "", 0)
+
+
+def test_law_that_is_lacking_comes_in_and_zeros_have_their_size() -> None:
+    way, improved = way_of(0.31)
+    assert "stiffness_hardening@x_out" in improved.effects
+    errors = [stop.left_out_rms[0] for stop in way]
+    assert all(np.diff(errors) < 0.0)
+    assert improved.steps[-1].holdout["x_out"] < 1.5e-3 < 4e-3 < improved.steps[0].holdout["x_out"]
+    (zeros,) = improved.zeros
+    assert zeros.scatter == pytest.approx(np.std(ZEROS, ddof=1), rel=0.1)
+    assert zeros.holdout_own is not None
+    assert zeros.holdout_common is not None
+    off = -1.2263 - np.mean(ZEROS)
+    assert zeros.holdout_common == pytest.approx(np.hypot(off, zeros.holdout_own), rel=0.2)
+    assert "useful, not named" in improved.text.lower()
+
+
+def test_way_of_a_model_that_lacks_nothing_ends_where_it_begins() -> None:
+    way, improved = way_of(0.0)
+    assert [stop.added for stop in way] == [""]
+    assert improved.effects == ()
+    assert "no effect makes runs that are left out" in improved.text
+
+
+def test_one_run_is_refused_in_one_line() -> None:
+    one = rig_run("only", 3, -1.2, 0.0)
+    with pytest.raises(InputError, match=r"^--improve with 1 measured run -- .* -- give more with --measured$"):
+        tsm.diagnose("PairedTsmBacklash", one, improve=True)
+
+
+def test_gain_of_a_step_counts_runs_that_were_left_out() -> None:
+    before = Stop("", None, tuple(np.array([m, 4.0]) for m in (1.0, 2.0, 3.0)))  # pyright: ignore[reportArgumentType]
+    after = Stop("x", None, tuple(np.array([m, 1.0]) for m in (0.5, 1.0, 1.5)))  # pyright: ignore[reportArgumentType]
+    gain, error = after.gain_over(before)
+    assert gain == pytest.approx(np.log(2.0) + np.log(4.0))
+    assert error == pytest.approx(0.0, abs=1e-12)
