@@ -65,9 +65,20 @@ def test_one_run_is_refused_in_one_line() -> None:
         tsm.diagnose("PairedTsmBacklash", one, improve=True)
 
 
-def test_gain_of_a_step_counts_runs_that_were_left_out() -> None:
-    before = Stop("", None, tuple(np.array([m, 4.0]) for m in (1.0, 2.0, 3.0)))  # pyright: ignore[reportArgumentType]
-    after = Stop("x", None, tuple(np.array([m, 1.0]) for m in (0.5, 1.0, 1.5)))  # pyright: ignore[reportArgumentType]
+def test_gain_of_a_step_counts_runs_that_were_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    counts = {"": 3, "x": 4, "y": 40}
+    monkeypatch.setattr(Stop, "parameters", property(lambda stop: counts[stop.added]))
+    before = stop_that_left("", [(1.0, 4.0), (2.0, 4.0), (3.0, 4.0)])
+    after = stop_that_left("x", [(0.5, 1.0), (1.0, 1.0), (1.5, 1.0)])
     gain, error = after.gain_over(before)
     assert gain == pytest.approx(np.log(2.0) + np.log(4.0))
     assert error == pytest.approx(0.0, abs=1e-12)
+    assert after.is_worth_more_than(before)
+    many = stop_that_left("y", [(0.9, 4.0), (1.8, 4.0), (2.7, 4.0)])
+    assert not many.is_worth_more_than(before), "many parameters must gain more"
+    one_run = stop_that_left("x", [(1.3, 4.0), (2.3, 4.0), (1.3, 4.0)])
+    assert not one_run.is_worth_more_than(before), "a gain of one run alone is chance"
+
+
+def stop_that_left(added: str, squares: list[tuple[float, float]]) -> Stop:
+    return Stop(added, None, tuple(map(np.array, squares)))  # pyright: ignore[reportArgumentType]

@@ -26,7 +26,8 @@ from .hypotheses import shortlist
 from .search import candidate_places
 
 LEAST_GAIN = 0.03
-"""Log of the mean squares, over the channels, on runs left out that a step must gain: less is hardly seen."""
+"""Log of the mean squares, over the channels, on runs left out that each parameter of a step must gain: less is hardly
+seen, and laws of many parameters fit anything."""
 SURE_RATIO = 1.0
 """The gain must be this many of its standard errors over the runs."""
 MOST_STEPS = 8
@@ -65,6 +66,17 @@ class Stop:
         """RMS over the runs left out, by channel."""
         return np.sqrt(np.mean(self.left_out, axis=0))
 
+    @property
+    def parameters(self) -> int:
+        """Fitted parameters that all runs share."""
+        return len(self.fitted.problem.shared)
+
+    def is_worth_more_than(self, before: Stop) -> bool:
+        """Whether it leaves less on runs left out, by enough for its parameters and beyond chance."""
+        gain, error = self.gain_over(before)
+        added = max(self.parameters - before.parameters, 1)
+        return gain > LEAST_GAIN * added and gain > SURE_RATIO * error
+
     def gain_over(self, before: Stop) -> tuple[float, float]:
         """How much the log of the mean squares on runs left out is lower, and its standard error over the runs."""
         a, b = np.array(before.left_out), np.array(self.left_out)
@@ -97,10 +109,7 @@ def way_to_a_better_model(
     while len(way) <= MOST_STEPS:
         progress(f"way to a better model: step {len(way)}")
         best = _next(model, way[-1])
-        if best is None:
-            break
-        gain, error = best.gain_over(way[-1])
-        if gain < LEAST_GAIN or gain < SURE_RATIO * error:
+        if best is None or not best.is_worth_more_than(way[-1]):
             break
         way.append(best)
     return _without_idle(way, progress)
@@ -115,7 +124,7 @@ def _without_idle(way: Sequence[Stop], progress: Callable[[str], None]) -> list[
         effects = [e for e in last.fitted.effects if e != spec]
         less = refit(last.fitted.task, effects, last.fitted.values, per_run_values=last.fitted.per_run)
         stop = _judged(f"without {spec}", less)
-        if last.gain_over(stop)[0] < LEAST_GAIN:
+        if not last.is_worth_more_than(stop):
             last = stop
     if len(way) > 1:
         last = replace(last, fitted=_reweighted(last.fitted, LAST_STEPS))
@@ -150,7 +159,7 @@ def _judged(added: str, fitted: Fitted) -> Stop:
 
 
 def _next(model: Kernel, at: Stop) -> Stop | None:
-    """The best step on: the effect, or the choice of the model, that leaves least on runs left out."""
+    """The best step on: the effect, or choice of the model, that gains most on runs left out, for its parameters."""
     fitted = at.fitted
     counted = np.ones(len(fitted.rmse), bool)
     travel = max(float(np.ptp(c.x)) for c in places_of(fitted))
@@ -173,7 +182,7 @@ def _next(model: Kernel, at: Stop) -> Stop | None:
         return _judged(one[0], _reweighted(one[1], FURTHER_STEPS))
 
     stops = together(refitted, tried[:PROBED])
-    return min(stops, key=lambda s: float(np.sum(np.log(s.left_out_rms))), default=None)
+    return max(stops, key=lambda s: s.gain_over(at)[0] - LEAST_GAIN * s.parameters, default=None)
 
 
 def _choices(fitted: Fitted) -> list[tuple[str, int]]:

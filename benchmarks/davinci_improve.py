@@ -1,0 +1,70 @@
+"""From the plain estimator to a good one, effect after effect, as `diagnose --improve` finds them, on da Vinci logs.
+
+    python -m benchmarks.davinci_improve [--every N] [SPLIT ...]
+
+SPLIT is a part of a split's name, as "third"; without one, all six. ``--every N`` fits every N-th of the fitted runs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from tsm_fmu.diagnosis.answer.improvement import improvement_of
+from tsm_fmu.diagnosis.choice.path import way_to_a_better_model
+from tsm_fmu.diagnosis.runs.prepared import prepared
+from tsm_fmu.diagnosis.workflow import task_of
+from tsm_fmu.kernels.kernel import kernel
+
+from .davinci_data import SETTLED, Logs, Split, data_folder, read_logs, splits
+
+SHOWN = {"x_out": 180.0 / np.pi, "tau_out": 1e3}
+
+
+def table(split: Split, every: int) -> Iterator[str]:
+    """The way of one split, in degrees and mN.m, and what is said at its end."""
+    model = kernel("DistalEstimator")
+
+    def settled(logs: Logs, step: int) -> list:
+        return [log.record.window(SETTLED) for log in list(logs.values())[::step]]
+
+    begin = time.process_time()
+    runs = prepared(model, settled(split.fitted, every), [], settled(split.held_out, 1), None)
+    way = way_to_a_better_model(runs.model, task_of(runs, {}, None, ()), ())
+    found = improvement_of(way, runs, (), (), "", 0)
+    count = f"{len(runs.measured)} runs fitted, {len(runs.holdout)} held out"
+    yield f"| {split.name}, {count} | measured | left out | held out |"
+    yield "| --- | ---: | ---: | ---: |"
+    for step in found.steps:
+        errors = [
+            ", ".join(f"{factor * side[c]:.3g}" for c, factor in SHOWN.items())
+            for side in (step.measured, step.left_out, step.holdout)
+        ]
+        yield f"| {step.added or 'refitted'} | {' | '.join(errors)} |"
+    yield ""
+    yield found.text
+    yield f"{time.process_time() - begin:.0f} s of CPU"
+
+
+def main(words: Sequence[str]) -> int:
+    """Print the tables wanted."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.davinci_improve", description=__doc__)
+    parser.add_argument("split", nargs="*", help="part of a split's name")
+    parser.add_argument("--every", type=int, default=1, help="fit every N-th of the fitted runs")
+    wanted = parser.parse_args(words)
+    folder = data_folder() / "T4L4"
+    if not folder.is_dir():
+        print(f"no {folder} -- set TSM_FMU_DATA to the folder that contains davinci/", file=sys.stderr)
+        return 2
+    for split in splits(read_logs(folder)):
+        if not wanted.split or any(part in split.name for part in wanted.split):
+            print(*table(split, wanted.every), "", sep="\n", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
