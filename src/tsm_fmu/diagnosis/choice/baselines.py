@@ -15,8 +15,8 @@ from ..fits.quantised import Levels, coarse, step_noise
 from ..fits.refit import Fitted, Task, as_given, refit
 from .hypotheses import Hypothesis, hypothesis
 
-LOST_SHARE = 0.5
-"""Part of a channel's spread that a refit from the values given leaves at most, if these were a start at all."""
+LOST_SHARE = 1.0
+"""Part of a channel's spread beyond which a refit has lost its way: a constant of each run would do better."""
 
 
 @dataclass(frozen=True)
