@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 import tsm_fmu as tsm
+from tsm_fmu.diagnosis import workflow
 from tsm_fmu.diagnosis.answer.improvement import improvement_of
 from tsm_fmu.diagnosis.choice.path import Stop, way_to_a_better_model
 from tsm_fmu.diagnosis.improved import ImprovedModel
+from tsm_fmu.diagnosis.result import Diagnosis
 from tsm_fmu.diagnosis.runs.prepared import prepared
 from tsm_fmu.diagnosis.workflow import task_of
 from tsm_fmu.kernels.kernel import kernel
@@ -63,6 +65,20 @@ def test_one_run_is_refused_in_one_line() -> None:
     one = rig_run("only", 3, -1.2, 0.0)
     with pytest.raises(InputError, match=r"^--improve with 1 measured run -- .* -- give more with --measured$"):
         tsm.diagnose("PairedTsmBacklash", one, improve=True)
+
+
+def test_interruption_on_the_way_keeps_the_diagnosis(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(workflow, "way_to_a_better_model", interrupted)
+    runs = prepared(MODEL, [rig_run("a", 1, -1.2, 0.0), rig_run("b", 2, -1.2, 0.0)], [], [], None)
+    found = workflow._improved(
+        Diagnosis("unknown", answer="as before"), runs, task_of(runs, {}, None, ()), (), lambda _: None
+    )
+    assert found.answer == "as before"
+    assert found.improved is None
+    assert any("interrupted" in note for note in found.notes)
 
 
 def test_gain_of_a_step_counts_runs_that_were_left_out(monkeypatch: pytest.MonkeyPatch) -> None:

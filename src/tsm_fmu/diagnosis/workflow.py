@@ -152,10 +152,20 @@ def diagnose(
         raise DiagnosisInterrupted(card_of(stopped.refitted, tuple(used), preset or "", seed)) from None
     progress("locate")
     diagnosis = _described(found, checked, measured, tuple(used), records, preset or "", seed)
-    if not improve:
-        return diagnosis
-    way = way_to_a_better_model(runs.model, task, runs.effects, progress)
-    return replace(diagnosis, improved=improvement_of(way, runs, diagnosis.effects, tuple(used), preset or "", seed))
+    return _improved(diagnosis, runs, task, tuple(used), progress) if improve else diagnosis
+
+
+def _improved(
+    diagnosis: Diagnosis, runs: PreparedRuns, task: Task, used: tuple[RecordUsed, ...], progress: Progress
+) -> Diagnosis:
+    """With the model that predicts best; Ctrl-C on the way there keeps the diagnosis."""
+    try:
+        way = way_to_a_better_model(runs.model, task, runs.effects, progress)
+    except KeyboardInterrupt:
+        note = "interrupted on the way to a better model: none is given"
+        return replace(diagnosis, notes=(*diagnosis.notes, note))
+    found = improvement_of(way, runs, diagnosis.effects, used, diagnosis.preset, diagnosis.seed)
+    return replace(diagnosis, improved=found)
 
 
 def task_of(runs: PreparedRuns, values: Mapping[str, float], preset: str | None, fixed: Sequence[str]) -> Task:
