@@ -177,6 +177,30 @@ VISIBLE_DEVIANCE = 16.0
 CONTAINED_SHARE = 0.03
 """An effect of which less than this part is beyond the model in ordinary use is in the model already."""
 
+# The way to a model that predicts
+
+LOST_SHARE = 1.0
+"""Part of a channel's spread beyond which a refit has lost its way: a constant of each run would do better."""
+
+PARAMETER_GAIN = 0.03
+"""Log of the mean squares, over the channels, on runs left out that each parameter of a step must gain: less is hardly
+seen, and laws of many parameters fit anything."""
+
+SURE_GAIN_RATIO = 1.0
+"""The gain must be this many of its standard errors over the runs, or it may be that of one run."""
+
+MOST_STEPS = 8
+"""Steps on the way: more is no help to a reader."""
+
+BEGUN_CANDIDATES = 8
+"""Candidates of a step, of those that one linear step ranks best, that a few steps of a refit probe."""
+
+JUDGED_CANDIDATES = 3
+"""Of these, so many are refitted and judged on runs left out: refits take seconds."""
+
+ZERO_SHARE = 0.05
+"""Part of the mean square left that the zeros of the runs must make up to be said."""
+
 # Where the residual is, and formulas of it
 
 FALSE_DISCOVERY_RATE = 0.05

@@ -13,13 +13,11 @@ from ...logs.display import display
 from ...regression.held_out import SETTLING, is_settling, settled
 from ...regression.problem import FitRun
 from ..choice.path import Stop
+from ..criteria import ZERO_SHARE
 from ..fits.refit import Fitted, rms
 from ..improved import ImprovedModel, ImprovementStep, RunZeros
 from ..runs.prepared import PreparedRuns
 from .parameters import card_of
-
-NOTABLE_SHARE = 0.05
-"""Part of the mean square that is left, which zeros must make up to be said."""
 
 
 def improvement_of(
@@ -72,7 +70,7 @@ def _zeros(fitted: Fitted, runs: PreparedRuns) -> list[RunZeros | None]:
                 own = fitted.table[:, problem.fields.index(f)]
                 constants = constants + own - own.mean()
         scatter = float(np.std(constants, ddof=1))
-        if scatter**2 < NOTABLE_SHARE * (scatter**2 + beside**2):
+        if scatter**2 < ZERO_SHARE * (scatter**2 + beside**2):
             found.append(None)
             continue
         common, own_zero = _held_out(fitted, runs.holdout, offsets, c) if runs.holdout else (None, None)

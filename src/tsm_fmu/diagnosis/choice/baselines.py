@@ -10,13 +10,11 @@ import numpy as np
 from ...regression.multistart import MultiStart
 from ...regression.problem import FitRun
 from ...regression.solver import SearchLog
+from ..criteria import LOST_SHARE
 from ..fits.nuisance import nuisance_specs, removed_on_reference, with_nuisances
 from ..fits.quantised import Levels, coarse, step_noise
 from ..fits.refit import Fitted, Task, as_given, refit
 from .hypotheses import Hypothesis, hypothesis
-
-LOST_SHARE = 1.0
-"""Part of a channel's spread beyond which a refit has lost its way: a constant of each run would do better."""
 
 
 @dataclass(frozen=True)

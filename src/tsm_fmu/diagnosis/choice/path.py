@@ -16,7 +16,14 @@ from ...kernels.arrays import FloatArray
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError
 from ...regression.threads import together
-from ..criteria import LEFT_OUT_PARTS
+from ..criteria import (
+    BEGUN_CANDIDATES,
+    JUDGED_CANDIDATES,
+    LEFT_OUT_PARTS,
+    MOST_STEPS,
+    PARAMETER_GAIN,
+    SURE_GAIN_RATIO,
+)
 from ..fits.nuisance import FIRST_STEPS, begun_with
 from ..fits.refit import Fitted, Task, refit
 from ..fits.response import places_of
@@ -25,17 +32,6 @@ from .baselines import refitted_model
 from .hypotheses import shortlist
 from .search import candidate_places
 
-LEAST_GAIN = 0.03
-"""Log of the mean squares, over the channels, on runs left out that each parameter of a step must gain: less is hardly
-seen, and laws of many parameters fit anything."""
-SURE_RATIO = 1.0
-"""The gain must be this many of its standard errors over the runs."""
-MOST_STEPS = 8
-"""Effects on the way, at most."""
-SCREENED = 8
-"""Best candidates of the linear step that a few steps of a refit probe."""
-PROBED = 3
-"""Of these, so many are refitted to the end and judged on runs left out."""
 FOLD_STEPS = 8
 FURTHER_STEPS = 30
 """Steps of a refit on the way."""
@@ -75,7 +71,7 @@ class Stop:
         """Whether it leaves less on runs left out, by enough for its parameters and beyond chance."""
         gain, error = self.gain_over(before)
         added = max(self.parameters - before.parameters, 1)
-        return gain > LEAST_GAIN * added and gain > SURE_RATIO * error
+        return gain > PARAMETER_GAIN * added and gain > SURE_GAIN_RATIO * error
 
     def gain_over(self, before: Stop) -> tuple[float, float]:
         """How much the log of the mean squares on runs left out is lower, and its standard error over the runs."""
@@ -164,7 +160,7 @@ def _next(model: Kernel, at: Stop) -> Stop | None:
     counted = np.ones(len(fitted.rmse), bool)
     travel = max(float(np.ptp(c.x)) for c in places_of(fitted))
     places = [c for c in candidate_places(model, fitted, travel) if c.spec not in fitted.effects]
-    screened = shortlist(screen(fitted, places, counted), SCREENED)
+    screened = shortlist(screen(fitted, places, counted), BEGUN_CANDIDATES)
 
     def begun(s: Screened) -> tuple[str, Fitted] | None:
         try:
@@ -181,8 +177,8 @@ def _next(model: Kernel, at: Stop) -> Stop | None:
     def refitted(one: tuple[str, Fitted]) -> Stop:
         return _judged(one[0], _reweighted(one[1], FURTHER_STEPS))
 
-    stops = together(refitted, tried[:PROBED])
-    return max(stops, key=lambda s: s.gain_over(at)[0] - LEAST_GAIN * s.parameters, default=None)
+    stops = together(refitted, tried[:JUDGED_CANDIDATES])
+    return max(stops, key=lambda s: s.gain_over(at)[0] - PARAMETER_GAIN * s.parameters, default=None)
 
 
 def _choices(fitted: Fitted) -> list[tuple[str, int]]:
