@@ -180,7 +180,8 @@ CONTAINED_SHARE = 0.03
 # The way to a model that predicts
 
 LOST_SHARE = 1.0
-"""Part of a channel's spread beyond which a refit has lost its way: a constant of each run would do better."""
+"""Part of a channel's spread beyond which a refit from default values has lost its way: a constant of each run would do
+better."""
 
 PARAMETER_GAIN = 0.03
 """Log of the mean squares, over the channels, on runs left out that each parameter of a step must gain: less is hardly

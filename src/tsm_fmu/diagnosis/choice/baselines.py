@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...kernels.kernel import kernel
 from ...regression.multistart import MultiStart
 from ...regression.problem import FitRun
 from ...regression.solver import SearchLog
@@ -91,7 +92,8 @@ def baselines(
 def refitted_model(task: Task, effects: Sequence[str], given: Fitted | None = None) -> Fitted:
     """The model refitted, channels weighted by the inverse of what a first refit leaves of them."""
     first = refit(task, effects, {}, per_run_values=given.per_run if given else None)
-    if (first.rmse > LOST_SHARE * first.spread).any():
+    by_default = not any(v.name in task.values for v in kernel(task.model).parameters)
+    if by_default and (first.rmse > LOST_SHARE * first.spread).any():
         first = min(first, _from_several_starts(first), key=lambda f: f.cost)
     if len(task.channels) < 2:
         return first
