@@ -48,14 +48,13 @@ def clipped(x: float | None, low: float = -1.0) -> float:
 '''
 
 
-def test_what_no_test_can_see_is_not_drawn(mutate):
+def test_what_no_test_can_see_is_not_drawn(mutate, tmp_path):
     pytest.importorskip("cosmic_ray", reason="cosmic-ray is not installed (pip install tsm-fmu[mutation])")
-    place = mutate.WORK / "made_up.py"
-    place.parent.mkdir(parents=True, exist_ok=True)
+    place = tmp_path / "made_up.py"
     place.write_text(
         "from functools import cache\n\n\n@cache\ndef f(x: int | None) -> float | None:\n    return x + 1\n"
     )
-    found = list(mutate.mutants_of(place.parent, Path(place.name)))
+    found = list(mutate.mutants_of(tmp_path, Path(place.name)))
     assert {m.line for m in found} == {6}
     assert {m.operator.rpartition("/")[2] for m in found} > {"NumberReplacer", "ReplaceBinaryOperator_Add_Sub"}
 
