@@ -11,7 +11,8 @@ import pytest
 from tests.browser import LARGEST, assert_readable, needs_chromium
 from tsm_fmu import InputError
 from tsm_fmu.report import Line, Section, Table, loop_figure, time_figure, write_report
-from tsm_fmu.report.draw import thinned
+from tsm_fmu.report.draw import legend, thinned
+from tsm_fmu.report.panel import Panel
 
 
 @pytest.fixture
@@ -93,6 +94,18 @@ def test_a_plot_says_what_it_shows_and_its_legend_is_text(page):
     text = page.read_text(encoding="utf-8")
     assert 'role="img" aria-label="x; deg over time [s]: measured, model"' in text
     assert re.findall(r'data-shows="(.*?)"', text) == ["measured", "model"]  # a single line needs no legend
+
+
+def test_panels_that_show_the_same_things_have_one_legend():
+    t = [0.0, 1.0]
+    ours, design = Line("co-simulation", t, t, colour=0), Line("design", t, t, dashed=True, colour=1)
+    gain, phase = Panel("w", "gain", lines=(ours, design)), Panel("w", "phase", lines=(ours, design))
+    assert [(name, stroke) for name, _, stroke in legend((gain, phase))] == [
+        ("co-simulation", "line"),
+        ("design", "dash"),
+    ]
+    apart = [Panel("t", name, lines=(Line(name, t, t, colour=k),)) for k, name in enumerate("xy")]
+    assert legend(apart) == []  # each is told by its axis
 
 
 def test_a_page_of_very_many_lines_stays_small(tmp_path):

@@ -59,8 +59,11 @@ def plot_item(panels: Sequence[Panel], most_points: int = MOST_POINTS) -> dict[s
 
 
 def legend(panels: Sequence[Panel]) -> list[tuple[str, str, str]]:
-    """Name, colour and stroke (``line``, ``dash``, ``point``) of what is drawn, where there is more than one thing."""
-    entries = []
+    """Name, colour and stroke (``line``, ``dash``, ``point``) of what is drawn, where there is more than one thing.
+
+    Of several panels only where they show the same things; else each is told by its axis.
+    """
+    entries: list[tuple[str, str, str]] = []
     for panel in panels:
         for number, line in enumerate(panel.lines):
             stroke = "dash" if line.dashed else "line"
@@ -68,7 +71,9 @@ def legend(panels: Sequence[Panel]) -> list[tuple[str, str, str]]:
         entries += [(band.name, colour(number), "line") for number, band in enumerate(panel.bands) if band.name]
         entries += [(level.name, MARKED, "dash") for level in panel.levels if level.name]
         entries += [(points.name, MARKED, "point") for points in panel.points]
-    return entries if len(panels) == 1 and len(entries) > 1 else []
+    different = list(dict.fromkeys(entries))
+    shared = len(panels) == 1 or len(different) < len(entries)
+    return different if shared and len(different) > 1 else []
 
 
 def thinned(x: ArrayLike, y: ArrayLike, most: int = MOST_POINTS) -> tuple[NDArray[Any], NDArray[Any]]:

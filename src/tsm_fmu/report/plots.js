@@ -49,8 +49,12 @@
       const shown = button.getAttribute("aria-pressed") !== "true";
       button.setAttribute("aria-pressed", String(shown));
       const manager = views.get(button.closest("figure").querySelector("[data-plot]"));
-      for (const root of manager?.roots ?? [])
-        for (const renderer of root.model.renderers ?? [])
+      const parts = (manager?.roots ?? []).map((root) => root.model);
+      for (const part of parts) {
+        // a layout has children, some of them with their place in a grid
+        parts.push(...(part.children ?? []).map((child) => (Array.isArray(child) ? child[0] : child)));
+        for (const renderer of part.renderers ?? [])
           if (renderer.name === button.dataset.shows) renderer.visible = shown;
+      }
     });
 })();
