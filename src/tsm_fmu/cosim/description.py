@@ -101,8 +101,10 @@ class Description:
     def left_out(self) -> dict[str, str]:
         """Outputs that no table of numbers can hold, by name: what they are."""
         outputs = [v for v in self.model.modelVariables if v.causality == "output"]
-        left = {v.name: v.type if v.type not in KINDS else f"array of {_size(v)}" for v in outputs if not _usable(v)}
-        return left | {p.name: "String" for p in self.outputs if p.kind == "String"}
+        unusable = {
+            v.name: v.type if v.type not in KINDS else f"array of {_size(v)}" for v in outputs if not _usable(v)
+        }
+        return unusable | {p.name: "String" for p in self.outputs if p.kind == "String"}
 
     def elements(self, name: str) -> tuple[str, ...]:
         """The elements of an array; of a scalar itself."""

@@ -187,19 +187,19 @@ def solve(
         If `MOST_PASSES` passes do not.
     """
     tried: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
-    apart = np.inf
+    change = np.inf
     for _ in range(MOST_PASSES):
         residual = one_pass(values) - values
-        apart = float(np.max(np.abs(residual) / (1.0 + np.abs(values)), initial=0.0))
-        if apart <= tolerance:
+        change = float(np.max(np.abs(residual) / (1.0 + np.abs(values)), initial=0.0))
+        if change <= tolerance:
             return
-        if not np.isfinite(apart):
+        if not np.isfinite(change):
             break
         tried = [*tried[-_MEMORY:], (values, residual)]
         values = _mixed(tried)
         again()
     raise FmuFailure(
-        f"{loop} at t = {time:g} s: after {MOST_PASSES} passes its values still change by {apart:.3g} -- expected at "
+        f"{loop} at t = {time:g} s: after {MOST_PASSES} passes its values still change by {change:.3g} -- expected at "
         f"most {tolerance:g} -- take a smaller step, a larger tolerance, or --loops delay"
     )
 

@@ -234,13 +234,13 @@ class FmuInstance:
 
     def _terminated(self) -> float | None:
         """Last time that an FMI 2.0 unit reached, if its discarded step was a request to end the simulation."""
-        said = tuple(self._log)
+        logged = tuple(self._log)
         try:
             if self._fmu.getBooleanStatus(fmpy.fmi2.fmi2Terminated):
                 return self._fmu.getRealStatus(fmpy.fmi2.fmi2LastSuccessfulTime)
         except Exception:  # most FMUs do not implement the question; what they log on it is no reason
             self._log.clear()
-            self._log.extend(said)
+            self._log.extend(logged)
         return None
 
     def derivative(self, unknowns: Sequence[int], knowns: Sequence[int], time: float) -> list[float]:
@@ -271,13 +271,13 @@ class FmuInstance:
         """
         if self._stage == "closed":
             return ""
-        said = ""
+        loss = ""
         for name, allowed in (("terminate", self._stage == "running"), ("freeInstance", self._stage != "fatal")):
             try:
-                if allowed and not said:
+                if allowed and not loss:
                     getattr(self._fmu, name)()
             except ProcessLost as lost:
-                said = self._lost(name, str(lost))
+                loss = self._lost(name, str(lost))
             except Exception:
                 pass
         if self._give_back is not None and self._stage == "fatal":
@@ -286,7 +286,7 @@ class FmuInstance:
             self._give_back()
         self._stage = "closed"
         forget(self.name)
-        return said
+        return loss
 
     def _blocks(self, names: Sequence[str], verb: str) -> list[Block]:
         """One block for each type that the variables have; of an array all elements are in it."""
@@ -341,8 +341,8 @@ class FmuInstance:
 
     def _reason(self, expected: str) -> str:
         """The last log line, with what was expected and what to do unless the FMU says that itself."""
-        said = self.last_log or "it logged nothing"
-        return said if said.count(" -- ") > 1 else f"{said} -- expected {expected} -- check its inputs and parameters"
+        line = self.last_log or "it logged nothing"
+        return line if line.count(" -- ") > 1 else f"{line} -- expected {expected} -- check its inputs and parameters"
 
 
 def _start(port: Port) -> Any:

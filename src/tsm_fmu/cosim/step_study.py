@@ -81,16 +81,14 @@ def step_study(
     first = runs[METHODS[0]][0]
     window = experiment.window(first.time)
 
-    def apart(one: Trajectory, other: Trajectory, name: str) -> float:
+    def rms(one: Trajectory, other: Trajectory, name: str) -> float:
         difference = np.asarray(one.columns[name], float)[window] - np.asarray(other.columns[name], float)[window]
         return float(np.sqrt(np.mean(difference**2)))
 
     found = []
     for name, values in first.columns.items():
-        halved = {
-            method: tuple(apart(own[k], own[k + 1], name) for k in range(halvings)) for method, own in runs.items()
-        }
-        exchange = tuple(apart(a, b, name) for a, b in zip(*runs.values(), strict=True))
+        halved = {method: tuple(rms(own[k], own[k + 1], name) for k in range(halvings)) for method, own in runs.items()}
+        exchange = tuple(rms(a, b, name) for a, b in zip(*runs.values(), strict=True))
         size = float(np.ptp(np.asarray(values, float)[window]))
         found.append(SignalStudy(name, first.units[name], size, halved, exchange))
     return tuple(found)
