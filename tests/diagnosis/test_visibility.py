@@ -68,11 +68,11 @@ def test_inertia_is_unexcited_in_slow_motion_only(rig: Rig, known: dict[str, flo
 
 
 @pytest.mark.parametrize("unit", [1.0, 1e-3, 4.1e3], ids=["N", "kN", "mN or so"])
-@pytest.mark.parametrize(("noise", "shown"), [(0.004, True), (1.9, False)])
+@pytest.mark.parametrize(("noise", "shown"), [(0.004, True), (0.6, False)])
 def test_what_shows_must_show_in_the_noise_whatever_the_unit(
     rig: Rig, known: dict[str, float], noise: float, shown: bool, unit: float
 ) -> None:
-    """Inertia makes some per cent of the force here: noise of three times the force hides it, a little does not."""
+    """Inertia makes 1.6 % of the spread here, more than the form of a model: noise as large as the force hides it."""
     runs = [rig(seed, pace=1.3, noise=noise) for seed in (61, 62)]
     scaled = [replace(run, targets=unit * run.targets) for run in runs]
     forces = ("sigma0", "sigma1", "sigma2", "F_c", "F_s")
