@@ -9,6 +9,7 @@ from typing import Any
 
 from ..effects.coordinates import Motion, MotionParams
 from ..models.contract import variables
+from .chain_dependencies import dependencies
 from .drives import MEANINGS, Drive, text_of
 from .kernel import Kernel
 
@@ -74,7 +75,7 @@ class Writer:
                 f'NAME = "{self.base.name}"',
                 f"EFFECTS = {tuple(a.spec for a in self.attached)!r}",
                 f"DRIVES = {tuple(tuple(d) for d in self.listens)!r}",
-                *(["ROLES = model_ROLES._replace(depends={})"] if hasattr(self.module, "ROLES") else []),
+                *self._roles(),
                 *self._classes(),
                 *self._conditions(),
                 *self._friction_function("start"),
@@ -88,6 +89,11 @@ class Writer:
         )
 
     # -- declarations
+
+    def _roles(self) -> list[str]:
+        if not hasattr(self.module, "ROLES"):
+            return []
+        return [f"ROLES = model_ROLES._replace(depends={dependencies(self.base, self.attached)!r})"]
 
     def _added(self) -> list[str]:
         return [a.spec for a in self.attached] or [f"the input {d.column}" for d in self.drives]
