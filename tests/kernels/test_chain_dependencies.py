@@ -10,13 +10,17 @@ from tsm_fmu.kernels.chain import attach, chain
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models.contract import SIGNALS
 
-LOADED = [("PairedTsmBacklash", "load_dependence@x_out~T_2[N]"), ("PairedTsmFriction", "load_dependence~T_2[N]")]
-INPUTS = [
+OTHERS = [
+    ("PairedTsmBacklash", "load_dependence@x_out~T_2[N]"),
+    ("PairedTsmFriction", "load_dependence~T_2[N]"),
     ("TendonDrive", "backlash@x_in"),
     ("SingleTsmBoucWen", "gain_error@T_in"),
     ("DistalEstimator", "delay@tau_in"),
+    ("TendonDrive", "tendon_elasticity@x_out"),
+    ("TendonDrive", "slack@x_out"),
+    ("DistalEstimator", "wear"),
+    ("LebusTransmission", "backlash@theta_out"),
 ]
-BOTH = [("TendonDrive", "tendon_elasticity@x_out"), ("TendonDrive", "slack@x_out"), ("DistalEstimator", "wear"), ("LebusTransmission", "creep")]
 
 
 def places():
@@ -27,7 +31,7 @@ def places():
                 found.append((model, attach(kernel(model), module.NAME).spec))
             except InputError:
                 continue
-    return [*found, *LOADED, *INPUTS, *BOTH]
+    return [*found, *OTHERS]
 
 
 def strong(model, extended):

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from types import ModuleType
 
 from ..effects import EFFECTS, sizes_as, sizes_of
+from ..kernels.attached import Attached
 from ..kernels.chain import attach, chain
-from ..kernels.chain_source import Attached
 from ..kernels.kernel import Kernel, kernel
 from ..models.contract import InputError
 from ..regression.problem import FitRun

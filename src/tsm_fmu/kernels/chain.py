@@ -24,7 +24,8 @@ from ..effects.coordinates import Motion
 from ..models.contract import InputError
 from . import compiled_cache
 from .arrays import FloatArray
-from .chain_source import Attached, Writer, adds_load, friction_unit, load_unit
+from .attached import Attached
+from .chain_source import Writer, adds_load, friction_unit, load_unit
 from .drives import Drive, read_drives
 from .kernel import Kernel, kernel
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..effects.coordinates import Motion
+from .attached import Attached
 from .kernel import Kernel
-
-if TYPE_CHECKING:
-    from .chain_source import Attached
 
 MOTION = frozenset(Motion._fields)
 

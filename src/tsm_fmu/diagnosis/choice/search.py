@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...effects import sizes_as
-from ...kernels.chain_source import Attached
+from ...kernels.attached import Attached
 from ...kernels.kernel import Kernel
 from ...regression.problem import FitRun
 from ..criteria import EFFECT_SPREAD_SHARE, FURTHER_CANDIDATES, MOST_EFFECTS, SWAPPED_EFFECTS

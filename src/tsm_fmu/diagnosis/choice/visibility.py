@@ -15,7 +15,7 @@ import numpy as np
 from scipy.signal import chirp
 
 from ...kernels.arrays import FloatArray
-from ...kernels.chain_source import Attached
+from ...kernels.attached import Attached
 from ...kernels.kernel import kernel
 from ...regression.problem import FitRun
 from ...regression.thinning import thinned

@@ -11,8 +11,9 @@ import numpy as np
 
 from ...effects import EFFECTS, id_of, shapes_of
 from ...effects.coordinates import Motion
+from ...kernels.attached import Attached
 from ...kernels.chain import attach
-from ...kernels.chain_source import Attached, adds_load, friction_unit, load_unit
+from ...kernels.chain_source import adds_load, friction_unit, load_unit
 from ...kernels.drives import ROLES, Drive, text_of
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError

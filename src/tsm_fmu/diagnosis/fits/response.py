@@ -13,8 +13,8 @@ from scipy.stats import qmc
 from ...effects import shapes_of, sizes_of
 from ...effects.about import Scale, Shape
 from ...kernels.arrays import FloatArray
+from ...kernels.attached import Attached
 from ...kernels.chain import model_part
-from ...kernels.chain_source import Attached
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError
 from ...regression.sensitivity import output_jacobian

@@ -16,7 +16,7 @@ from scipy.optimize import nnls
 
 from ...effects import sizes_of
 from ...kernels.arrays import BoolArray, FloatArray
-from ...kernels.chain_source import Attached
+from ...kernels.attached import Attached
 from ...kernels.kernel import Kernel
 from ...regression.thinning import thinned
 from ...regression.threads import together
