@@ -115,11 +115,12 @@ def test_a_set_of_values_tests_only_more_numbers_than_it_has(pairs, free):
 
 @pytest.mark.parametrize("kind", Kind)
 @pytest.mark.parametrize("held", [[True, True], [True, False], [False, False], [False], [True]])
-def test_statements_are_judged_over_their_readings(kind, held):
+@pytest.mark.parametrize("free", [0, 1, 3])
+def test_statements_are_judged_over_their_readings(kind, held, free):
     readings = {f"reading {k}": Condition(0.3 if holds else 0.9, "<=", 0.7) for k, holds in enumerate(held)}
-    best = Verdict.CONSISTENT if kind is Kind.READING else Verdict.REPRODUCED
+    best = Verdict.CONSISTENT if kind is Kind.READING or free else Verdict.REPRODUCED
     expected = best if all(held) else Verdict.NOT_DETERMINED if any(held) else FAILED[kind]
-    assert judge_readings(kind, readings) is expected
+    assert judge_readings(kind, readings, free) is expected
 
 
 @pytest.mark.parametrize(("value_", "relation", "holds"), [(0.7, "<=", True), (0.71, "<=", False), (0.7, ">=", True)])

@@ -205,7 +205,7 @@ def statement_claim(
     A reading that is ours stands in a row of its own (``kind`` reading); without a kind it is print against print.
     """
     kind = about.get("kind", Kind.PRINT)
-    verdict = judge_readings(kind, readings)
+    verdict = judge_readings(kind, readings, len(about.get("assumed", ())))
     compared = ", ".join(f"{name}: {c}" for name, c in readings.items())
     ours = "; ".join(number(c.value) if len(readings) == 1 else f"{n}: {number(c.value)}" for n, c in readings.items())
     numbers = {n: {"value": c.value, "relation": c.relation, "limit": c.limit} for n, c in readings.items()}

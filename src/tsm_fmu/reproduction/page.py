@@ -50,7 +50,7 @@ def page_html(done: Reproduction) -> str:
                 "key": paper,
                 "short": short(paper),
                 "title": PAPERS[paper],
-                "claims": [_row(c) for c in result.claims],
+                "claims": [{**_row(c), "figure": _drawn_as(c, result)} for c in result.claims],
                 "shown": [_item(item, result, plots) for item in ITEMS if item.paper == paper and not item.no_claim],
                 "silent": [i for i in ITEMS if i.paper == paper and i.no_claim],
             }
@@ -117,6 +117,16 @@ def _row(claim: Claim) -> dict[str, Any]:
         "place": place(claim.code),
         "tests": checked_by(claim.key),
     }
+
+
+def _drawn_as(claim: Claim, result: PaperResult) -> str:
+    """Place on the page of the item that it is shown with; nothing if that has no figure or table."""
+    label = claim.items[0]
+    return _item_id(claim.paper, label) if label in result.figures or label in result.tables else ""
+
+
+def _item_id(paper: str, label: str) -> str:
+    return f"{paper}-{label}".replace(" ", "").replace(".", "")
 
 
 def _lines(text: str) -> list[str]:
@@ -196,7 +206,7 @@ def _item(item: Item, result: PaperResult, plots: Plots) -> dict[str, Any]:
     rows = [c for c in result.claims if item.label in c.items]
     return {
         "label": item.label,
-        "id": f"{item.paper}-{item.label}".replace(" ", "").replace(".", ""),
+        "id": _item_id(item.paper, item.label),
         "shows": item.shows,
         "text": result.texts.get(item.label, ""),
         "table": cells(table) if table else None,

@@ -143,11 +143,11 @@ def judge_together(kind: Kind, printed: Sequence[Span], best: Sequence[float], f
     return Verdict.CONSISTENT if len(printed) > free else Verdict.NOT_DETERMINED
 
 
-def judge_readings(kind: Kind, readings: Mapping[str, Condition]) -> Verdict:
+def judge_readings(kind: Kind, readings: Mapping[str, Condition], free: int) -> Verdict:
     """Verdict on a statement: it holds in all readings that the print allows, in none, or in some."""
     held = [condition.holds for condition in readings.values()]
     if all(held):
-        return Verdict.CONSISTENT if kind is Kind.READING else Verdict.REPRODUCED
+        return Verdict.REPRODUCED if free == 0 and kind is not Kind.READING else Verdict.CONSISTENT
     return Verdict.NOT_DETERMINED if any(held) else FAILED[kind]
 
 

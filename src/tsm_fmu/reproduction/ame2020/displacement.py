@@ -217,7 +217,7 @@ def _increments(f: Found) -> list[Claim]:
             {"Eqs (23), (30)": Condition(f_heavy - f_light, ">=", 0.0)},
             kind=Kind.MEASUREMENT,
             assumed=(STIFFNESS,),
-            why={Verdict.REPRODUCED: f"model {f_light:.2f} and {f_heavy:.2f} mm, measured 1.44 and 5.56 mm"},
+            why={Verdict.CONSISTENT: f"model {f_light:.2f} and {f_heavy:.2f} mm, measured 1.44 and 5.56 mm"},
             method=Method.CO_SIMULATION,
         ),
         statement_claim(

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from ...cosim.ssp import Case
 from ...cosim.trajectory import Trajectory
 from ...scenarios import single_tsm_drive as scenario
-from ...scenarios.single_tsm_drive import GEAR, STEP, R, followed_mm, travel_mm
+from ...scenarios.single_tsm_drive import GEAR, STEP, R, travel_mm
 from ..loops import FMUS, co_simulate
 
-__all__ = ["AMPLITUDES_MM", "ENCODER", "FREQUENCIES_HZ", "GEAR", "TOO_LARGE_MM", "R", "followed_mm", "runs"]
+__all__ = ["AMPLITUDES_MM", "ENCODER", "FREQUENCIES_HZ", "GEAR", "TOO_LARGE_MM", "R", "limit_cycle", "reach_mm", "runs"]
 
 AMPLITUDES_MM = tuple(scenario.AMPLITUDES_MM.values())
 FREQUENCIES_HZ = {"Fig. 6": 1.0, "Fig. 7": 0.8}
@@ -33,6 +34,12 @@ def _case(amplitude_mm: float, frequency: float, step: float = STEP) -> Case:
     fmus = {model: FMUS[WITH_ENCODER.get(model, model)] for model in scenario.FMUS}
     system, experiment = scenario.case(fmus, "icinco2013", amplitude_mm, frequency, step=step)
     return system.with_values({"controller.y.quantisation.q": repr(ENCODER / R)}), experiment
+
+
+def reach_mm(run: Trajectory) -> float:
+    """Largest amplitude of a sine at 1 Hz whose speed the drive reaches both ways, from a run at its voltage [mm]."""
+    speed = run.columns["motor.omega"][run.time > run.time[-1] / 3.0]
+    return 1e3 * R * float(min(speed.max(), -speed.min())) / math.tau
 
 
 def limit_cycle(run: Trajectory) -> Mapping[str, object]:

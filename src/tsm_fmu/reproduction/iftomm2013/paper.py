@@ -122,7 +122,7 @@ def _level() -> Claim:
         "F_f is a friction force, bounded by its extremes (p. 4)",
         readings,
         assumed=(Open("signs", "of mu1, mu3, mu4", "lost in print"),),
-        why={Verdict.REPRODUCED: "positive whatever signs the print lost; mu1 < 0 follows from MMT 2015 Fig. 4"},
+        why={Verdict.CONSISTENT: "positive whatever signs the print lost; mu1 < 0 follows from MMT 2015 Fig. 4"},
     )
 
 
@@ -186,7 +186,7 @@ def _rises_and_falls() -> Claim:
         readings,
         assumed=(MOTION,),
         why={
-            Verdict.REPRODUCED: "the Stribeck-like part rises, that of the acceleration falls",
+            Verdict.CONSISTENT: "the Stribeck-like part rises, that of the acceleration falls",
             Verdict.NOT_DETERMINED: "on one side only: on the other F_f goes one way",
             Verdict.INTERNAL_ERROR: "F_f goes one way on either side",
         },
@@ -211,7 +211,7 @@ def _baseline(run: Trajectory, loops: dict[str, FloatArray]) -> Claim:
         kind=Kind.MEASUREMENT,
         assumed=(MOTION, SYMBOLS, Open("far tension", "18 N and 1000 N/m", "not printed; for many masses only")),
         why={
-            Verdict.REPRODUCED: "one mass jumps at each reversal; many turn over a presliding distance, but with "
+            Verdict.CONSISTENT: "one mass jumps at each reversal; many turn over a presliding distance, but with "
             "friction in proportion to the tension, which this is not"
         },
         method=Method.CO_SIMULATION,

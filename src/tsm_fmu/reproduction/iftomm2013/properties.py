@@ -67,7 +67,7 @@ def _exists() -> Claim:
         "Prop. 1: the system 'has a unique solution over [0, T]'",
         {"step and halves": Condition(apart, "<=", 1e-6), "two solutions": Condition(grown, "<=", 1.0)},
         assumed=(SYMBOLS,),
-        why={Verdict.REPRODUCED: "v and a held: the step is the flow, and the flow contracts (F_f > 0)"},
+        why={Verdict.CONSISTENT: "v and a held: the step is the flow, and the flow contracts (F_f > 0)"},
     )
 
 
@@ -84,7 +84,7 @@ def _bounded(loops: dict[str, FloatArray]) -> list[Claim]:
             "Prop. 2: for sigma >= 0.5, n >= 1 'the friction force F(t) given by Eq. (3) is bounded'",
             {name: Condition(float(np.abs(f).max()), "<=", ceiling) for name, f in loops.items()},
             assumed=(MOTION, SYMBOLS),
-            why={Verdict.REPRODUCED: "the bound is sup F_f, for F_f > 0"},
+            why={Verdict.CONSISTENT: "the bound is sup F_f, for F_f > 0"},
             method=Method.CO_SIMULATION,
         ),
         statement_claim(
@@ -154,7 +154,7 @@ def _dissipation(run: Trajectory, loops: dict[str, FloatArray]) -> list[Claim]:
             "Prop. 3: 'the system is dissipative'",
             margins(stiffness),
             assumed=(MOTION, SYMBOLS),
-            why={Verdict.REPRODUCED: "with the storage that fits the slope of F it holds in all readings"},
+            why={Verdict.CONSISTENT: "with the storage that fits the slope of F it holds in all readings"},
             method=Method.CO_SIMULATION,
         ),
     ]

@@ -12,7 +12,6 @@ from scipy.optimize import least_squares
 from ...kernels.arrays import FloatArray
 from ...kernels.kernel import kernel
 from ...models.laws.friction_branches import pull_level, release_level
-from ...models.single_tsm_lugre import deflection_ratio_after
 from ..motions import ImposedMotion, friction
 
 MODEL = "SingleTsmLuGre"
@@ -20,20 +19,6 @@ PRESETS = {"printed": "published", "swapped": "swapped"}
 """Order of the pull branches, Eqs (7) and (8)."""
 EQUATIONS = {"Eqs (10)-(12)": 1.0, "Eq. (9)": -1.0}
 """Sign of mu3: Eq (9) is Eqs (10) and (11) with the other sign."""
-FLOOR = 0.01
-"""Smallest S of the readings that clamp it."""
-
-
-def clamped_mse(motion: ImposedMotion, scored: Any) -> dict[str, float]:
-    """Mean square difference from the published LuGre set [N2] if a negative S is set to `FLOOR`, by reading."""
-    lugre = friction("LuGreFriction", motion, "mmt2015")
-    published = kernel(MODEL).params("published")
-    found = {}
-    for branches, preset in PRESETS.items():
-        for equation, sign in EQUATIONS.items():
-            force = _clamped(kernel(MODEL).params(preset, {"mu3": sign * published.mu3}), motion)
-            found[f"{equation}, {branches}"] = float(np.mean((force - lugre)[scored] ** 2))
-    return found
 
 
 def signed_level(p: Any, v: float, a: float, sgn_a: float) -> float:
@@ -42,21 +27,6 @@ def signed_level(p: Any, v: float, a: float, sgn_a: float) -> float:
         mu2 = p.mu2 if sgn_a * (1.0 if p.swap_branches else -1.0) > 0.0 else 0.0
         return pull_level(v, a, p.rho1, p.mu1, mu2, p.kappa1, p.kappa2, p.kappa3)
     return release_level(v, a, sgn_a, p.rho2, p.mu3, p.kappa4, p.kappa5)
-
-
-def _clamped(p: Any, motion: ImposedMotion, every: int = 10) -> FloatArray:
-    """Friction where S below `FLOOR` is set to it; steps of ``every`` rows, held in between."""
-    zeta, sgn_a = 0.0, 0.0
-    force = np.zeros(motion.time.size)
-    for k in range(every, motion.time.size, every):
-        v, a = motion.v[k], motion.a[k]
-        sgn_a = math.copysign(1.0, a) if a != 0.0 else sgn_a
-        w = v + p.lambda_ * sgn_a
-        level = math.copysign(max(signed_level(p, v, a, sgn_a), FLOOR), w)
-        travel = p.rho * w * (motion.time[k] - motion.time[k - every])
-        zeta = level * deflection_ratio_after(zeta / level, travel / level)
-        force[k : k + every] = p.sigma0 * zeta
-    return force
 
 
 def blow_up(equation: str, parts: tuple[tuple[float, float], ...], stop: float) -> float:

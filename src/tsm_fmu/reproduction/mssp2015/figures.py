@@ -23,13 +23,13 @@ SHOWN_S = 15.0
 def traces(best: Completion, quick: bool) -> dict[str, Trajectory]:
     """Loops to draw: ``set.motion.variant``."""
     experiment = SHORT if quick else EXPERIMENT
-    wanted = {"best": best, "published": published()}
-    jobs = {f"{name}.{case}": job for name, c in wanted.items() for case, job in cases(c, experiment).items()}
+    jobs = {f"best.{case}": job for case, job in cases(best, experiment).items()}
+    jobs |= {f"published.{case}": job for case, job in cases(published(), experiment).items() if "law_1" in case}
     return co_simulate(jobs, ["reference.y", "backlash.x_out", "error.y", "compensator.x_ff"])
 
 
 def tracking_figures(runs: Mapping[str, Trajectory], motion: str) -> tuple[Figure, ...]:
-    """Output, errors on axes of their own, control input, and output over input."""
+    """Errors on axes of their own, output, control input, and output over input."""
     own = {name: runs[f"{name}.{motion}.{variant}"] for name, variant in (("best", "law_1"), ("published", "law_1"))}
     without = runs[f"best.{motion}.uncompensated"]
     t, shown = _shown(without)
@@ -44,13 +44,15 @@ def tracking_figures(runs: Mapping[str, Trajectory], motion: str) -> tuple[Figur
     ]
     x = _deg(without, "reference.y", shown)
     return (
-        plot([reference, *outputs], "Output (best set)", "time [s]", "angle [deg]"),
         plot(
-            [Line("without feedforward, best set", t, _deg(without, "error.y", shown), colour=0)],
-            "Error without feedforward",
+            [
+                Line("without feedforward", t, _deg(without, "error.y", shown), colour=0),
+                Line("with feedforward", t, _deg(own["best"], "error.y", shown), colour=1),
+            ],
+            f"Tracking error, {motion.replace('_', '-')} motion (best set)",
             "time [s]",
             "error [deg]",
-            bands=half_width(WIDTH[motion]),
+            bands=[*half_width(WIDTH[motion]), *half_width(RESIDUAL[motion])],
         ),
         plot(
             residuals,
@@ -59,6 +61,7 @@ def tracking_figures(runs: Mapping[str, Trajectory], motion: str) -> tuple[Figur
             "error [deg]",
             bands=half_width(RESIDUAL[motion]),
         ),
+        plot([reference, *outputs], "Output (best set)", "time [s]", "angle [deg]"),
         plot(
             [reference, Line("x_FF", t, _deg(own["best"], "compensator.x_ff", shown))],
             "Control input",
