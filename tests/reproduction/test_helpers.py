@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.reproduction import loops
 from tsm_fmu.reproduction.baseline import MANY_MASSES, ONE_MASS, Rubbed, left
 from tsm_fmu.reproduction.preparation import filtered, predicted, prepared
 from tsm_fmu.reproduction.preparation import left as left_by_preparation
@@ -128,3 +129,10 @@ def test_what_the_preparation_leaves_is_what_the_model_gives_for_the_closed_form
     ).values()
     assert found == pytest.approx(np.mean((ours - true)[inside] ** 2), rel=1e-3)
     assert np.abs(predicted("SingleTsmLuGre", "published", time, counts, cutoff) - ours)[inside].max() < 1e-2
+
+
+def test_the_fmus_outlive_the_processes_that_run_them():
+    """From Python 3.13 on a forked process lets go of what ends with the first one."""
+    folder = loops._folder()
+    assert loops.side_by_side(abs, [(-3,), (2,)]) == [3, 2]
+    assert folder.is_dir()

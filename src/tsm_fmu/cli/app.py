@@ -155,7 +155,7 @@ def _wrong_value(failure: Exception) -> str:
         return ""
     first = details()[0]
     name = parameter.opts[0] if parameter.param_type_name == "option" else str(parameter.name)
-    if "null byte" in first["msg"]:
+    if "\0" in str(first["input"]):
         return f"{name} {first['input']!r} -- expected the name of a file, without zero bytes -- correct it"
     expected = first["msg"].removeprefix("Input should be ").split(", unable")[0]
     expected = expected.rpartition(" is not ")[2].rstrip(".")

@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from shutil import rmtree
+from tempfile import mkdtemp
 from typing import Any, TypeVar
 
 from ..cosim.cases import run_cases
@@ -41,9 +42,10 @@ FMUS = Fmus()
 
 @cache
 def _folder() -> Path:
-    kept = TemporaryDirectory(prefix="tsm_fmu_reproduction_")
-    atexit.register(kept.cleanup)
-    return Path(kept.name)
+    kept = mkdtemp(prefix="tsm_fmu_reproduction_")
+    # a TemporaryDirectory goes with its last reference, and from Python 3.13 on a forked process drops those of atexit
+    atexit.register(rmtree, kept, ignore_errors=True)
+    return Path(kept)
 
 
 @cache
