@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,8 +33,9 @@ from .verdict import Condition, Kind, Verdict, number
 OFF = 0.2
 """Start values are off by this share of the published ones, up and down in turn."""
 GENETIC, LEAST_SQUARES, PREPARED = "genetic search, simplex", "least squares", "least squares, prepared signals"
+THINNED = "rows of the genetic search"
 ROWS = 1000
-"""Rows of each motion that the genetic search gets, which simulates tens of thousands of times."""
+"""So many of each motion at most: that search simulates tens of thousands of times. The simplex then gets all."""
 
 
 class Motion(NamedTuple):
@@ -148,19 +149,20 @@ def _identified(trial: Trial, method: str, quick: bool) -> _Found:
     k = kernel(trial.model)
     start = {n: v * (1.0 + OFF * (-1.0) ** i) for i, (n, v) in enumerate(trial.truth.items())}
     fixed = [v.name for v in k.parameters if v.name not in trial.names]
-    rng = np.random.default_rng(2013)
-    runs = [_rows(trial, motion, str(i), method, rng) for i, motion in enumerate(trial.motions)]
-    found: Fit = fit(
-        k,
-        runs,
-        [trial.channel],
-        search_space(k, trial.preset, start, fixed),
-        method="paper" if method == GENETIC else "fast",
-        single_start=quick,
-        intervals="profile" if method == LEAST_SQUARES and not quick else "linear",
-        seed=1,
-    )
     field = {v.name: v.field for v in k.parameters}
+
+    def fitted(begin: Mapping[str, float], rows: str, **how: Any) -> Fit:
+        rng = np.random.default_rng(2013)
+        runs = [_rows(trial, motion, str(i), rows, rng) for i, motion in enumerate(trial.motions)]
+        return fit(k, runs, [trial.channel], search_space(k, trial.preset, begin, fixed), seed=1, **how)
+
+    if method == GENETIC:
+        searched = fitted(start, THINNED, method="paper")
+        begin = {n: float(searched.parameters[field[n]].value) for n in trial.names}
+        found = fitted(begin, GENETIC, method="paper", single_start=True)  # the simplex, on all rows
+    else:
+        profile = method == LEAST_SQUARES and not quick
+        found = fitted(start, method, single_start=quick, intervals="profile" if profile else "linear")
     return _Found(
         {n: float(found.parameters[field[n]].value) for n in trial.names},
         found.measured[trial.channel].rmse,
@@ -179,11 +181,11 @@ def _rows(trial: Trial, motion: Motion, name: str, method: str, rng: np.random.G
         columns |= dict(zip(("x", "v", "a"), prepared(time, counts, trial.cutoff), strict=True))
         noisy = filtered(noisy, float(time[1] - time[0]), trial.cutoff)
     begin, end = motion.window
-    if method == GENETIC:
+    if method == THINNED:
         end = min(end, begin + trial.genetic_s)
     used = np.flatnonzero((time >= begin - 1e-9) & (time <= end + 1e-9))
     every = max(1, round(trial.rows_s / (time[1] - time[0])))
-    if method == GENETIC:
+    if method == THINNED:
         every *= math.ceil(used.size / every / ROWS)
     kept = used[::every]
     inputs: FloatArray = np.column_stack(

@@ -8,8 +8,9 @@ The paper prints one backlash set and uses it twice, as the model of the plant a
 controller, no gear and no window. A `Completion` says what the rig was instead. The compensator keeps the published
 numbers, or has those of the plant (``own``).
 
-The fit is in co-simulation: a model of the loop without its drive (`ideal`: kernels and the lag, in milliseconds) is
-searched, and what it misses of the co-simulated numbers is added to it before the next search (space mapping).
+The fit is in co-simulation: a model of the loop with a linear drive (`ideal`: kernels, lag, and the motor without
+friction or limits in its position loop, in milliseconds) is searched, and what it misses of the co-simulated numbers is
+added to it before the next search (space mapping). It is done at each of `BANDWIDTHS`: the position loop is free too.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
+import control
 import numpy as np
 from scipy.optimize import differential_evolution, minimize
 from scipy.signal import lfilter
@@ -29,7 +31,7 @@ from ...cosim.system import Experiment, System
 from ...kernels.arrays import FloatArray
 from ...kernels.kernel import kernel
 from ...scenarios import mssp_feedforward
-from ...scenarios.pid_design import design_pid
+from ...scenarios.pid_design import PidDesign, controller_model, design_pid, motor_model
 from ..loops import FMUS, co_simulate, side_by_side
 from .printed import MOTIONS, TRACKED
 
@@ -50,6 +52,8 @@ SEARCHED: dict[str, tuple[float, float]] = {
     "lag": (0.0, 0.04),
 }
 """Admissible values of what is open: gain, slope and rate of the plant, and the lag of its drive."""
+BANDWIDTHS = (30.0, 60.0, 100.0, 170.0, 300.0)
+"""Of the position loop [rad/s]; the others are searched at each of them."""
 NAMES = tuple(TRACKED)
 
 
@@ -64,7 +68,7 @@ class Completion:
     lag : float
         Time constant between the command and the reference of the position loop [s].
     crossover : float
-        Of the position loop [rad/s].
+        Of the position loop [rad/s]; infinite in `ideal` alone: the motor follows its command exactly.
     own : bool
         The compensator has the numbers of the plant instead of the published ones.
     still : bool
@@ -98,18 +102,33 @@ def published(**values: Any) -> Completion:
 
 def system(completion: Completion, motion: str, compensated: bool) -> System:
     """The loop of FMUs."""
-    motor = kernel("DcMotor").params(values={"gear_ratio": GEAR})
-    gains = design_pid(motor, crossover=completion.crossover, step=EXPERIMENT.step).gains
     loop = mssp_feedforward.loop(
         {model: FMUS[WITH_EFFECTS.get(model, model)] for model in mssp_feedforward.FMUS},
         motion,
         mssp_feedforward.MOTIONS[motion][0],
-        gains,
+        position_loop(completion.crossover).gains,
         completion.backlash,
         completion.compensator if compensated else None,
     )
     values = {"controller.r.sensor_lag.tau": completion.lag, "error.u2.quantisation.q": COUNT, "motor.gear_ratio": GEAR}
     return loop.with_values({name: repr(value) for name, value in values.items()})
+
+
+def _motor() -> Any:
+    return kernel("DcMotor").params(values={"gear_ratio": GEAR})
+
+
+@cache
+def position_loop(crossover: float) -> PidDesign:
+    """Gains of the PID on the motor with its gear."""
+    return design_pid(_motor(), crossover=crossover, step=EXPERIMENT.step)
+
+
+@cache
+def linear_drive(crossover: float) -> Any:
+    """Motor angle over the reference of the position loop (control.TransferFunction), without friction and limits."""
+    delay = control.tf(*control.pade(EXPERIMENT.step / 2.0, 2))
+    return control.feedback(controller_model(**position_loop(crossover).gains) * motor_model(_motor()) * delay, 1)
 
 
 def cases(completion: Completion, experiment: Experiment = EXPERIMENT) -> dict[str, Case]:
@@ -152,14 +171,15 @@ def _references(stop: float, step: float = 4e-3) -> tuple[FloatArray, dict[str, 
 
 
 def ideal(completion: Completion, experiment: Experiment = EXPERIMENT) -> dict[str, float]:
-    """The eight numbers if the motor followed its command with the lag alone."""
+    """The eight numbers with a linear drive."""
     time, references = _references(experiment.stop)
     plant, law = kernel("PairedTsmBacklash"), kernel("FeedforwardCompensator")
     p, q = plant.params("published", completion.backlash), law.params("published", completion.compensator)
     errors = {}
     for motion, x_r in references.items():
         commands = (x_r, law.simulate(q, time, x_r[:, None])[:, 0])
-        outputs = [plant.simulate(p, time, _lagged(x, completion.lag, time[1])[:, None])[:, 0] for x in commands]
+        moved = [_driven(_lagged(x, completion.lag, time[1]), completion.crossover, time[1]) for x in commands]
+        outputs = [plant.simulate(p, time, x[:, None])[:, 0] for x in moved]
         errors[motion] = [np.degrees(x_r - y)[time >= experiment.evaluate_from] for y in outputs]
     return _numbers(errors)
 
@@ -171,6 +191,17 @@ def _lagged(x: FloatArray, tau: float, step: float) -> FloatArray:
     keep = math.exp(-step / tau)
     late = tau / step * (1.0 - keep)
     return np.asarray(lfilter([1.0 - late, late - keep], [1.0, -keep], x))
+
+
+def _driven(x: FloatArray, crossover: float, step: float) -> FloatArray:
+    """The motor's angle in a linear drive that starts at rest, straight between samples."""
+    return x if math.isinf(crossover) else np.asarray(lfilter(*_sampled_drive(crossover, step), x))
+
+
+@cache
+def _sampled_drive(crossover: float, step: float) -> tuple[FloatArray, FloatArray]:
+    sampled: Any = control.tf(control.sample_system(control.ss(linear_drive(crossover)), step, method="foh"))
+    return sampled.num[0][0], sampled.den[0][0]
 
 
 def deviations(numbers: Mapping[str, float], targets: Sequence[str] = NAMES) -> FloatArray:
@@ -185,7 +216,7 @@ def worst(numbers: Mapping[str, float]) -> float:
 
 @dataclass(frozen=True)
 class Fit:
-    """The best set that was found, its numbers in co-simulation and without a drive, and how far off they are."""
+    """The best set that was found, its numbers in co-simulation and with a linear drive, and how far off they are."""
 
     completion: Completion
     numbers: dict[str, float]
@@ -197,18 +228,18 @@ class Fit:
 
 
 def fitted(
-    starts: Mapping[str, Completion],
+    starts: Sequence[Completion],
     *,
     corrections: int = 5,
     population: int = 10,
     experiment: Experiment = EXPERIMENT,
-) -> dict[str, Fit]:
+) -> list[Fit]:
     """Fit c, B, alpha and lag to the eight numbers in co-simulation, for every start.
 
     Parameters
     ----------
-    starts : mapping of str to Completion
-        By name; ``crossover``, ``own`` and ``still`` are kept, the others are searched in `SEARCHED`, globally.
+    starts : sequence of Completion
+        ``crossover``, ``own`` and ``still`` are kept, the others are searched in `SEARCHED`, globally.
     corrections : int
         At most so many rounds of co-simulation; only a set that comes near gets more than one.
     population : int
@@ -217,19 +248,19 @@ def fitted(
         Length and window of every run.
     """
     none = dict.fromkeys(NAMES, 0.0)
-    places = side_by_side(_searched, [(start, none, population, experiment) for start in starts.values()])
-    at = {name: _at(start, x) for (name, start), x in zip(starts.items(), places, strict=True)}
-    best: dict[str, Fit] = {}
+    places = side_by_side(_searched, [(start, none, population, experiment) for start in starts])
+    at = {k: _at(start, x) for k, (start, x) in enumerate(zip(starts, places, strict=True))}
+    best: dict[int, Fit] = {}
     for _ in range(corrections):
-        for (name, completion), found in zip(at.items(), co_simulated(list(at.values()), experiment), strict=True):
+        for (k, completion), found in zip(at.items(), co_simulated(list(at.values()), experiment), strict=True):
             fit = Fit(completion, found, ideal(completion, experiment))
-            if name not in best or fit.worst < best[name].worst:
-                best[name] = fit
-            at[name] = _at(completion, _refined(completion, _place(completion), _missed(fit), experiment))
-        at = {name: completion for name, completion in at.items() if 1.0 < best[name].worst < NEAR}
+            if k not in best or fit.worst < best[k].worst:
+                best[k] = fit
+            at[k] = _at(completion, _refined(completion, _place(completion), _missed(fit), experiment))
+        at = {k: completion for k, completion in at.items() if 1.0 < best[k].worst < NEAR}
         if not at:
             break
-    return best
+    return [best[k] for k in range(len(starts))]
 
 
 NEAR = 3.0
@@ -290,7 +321,7 @@ def _refined(
 
 
 MAP: dict[str, tuple[float, ...]] = {
-    "crossover": (30.0, 60.0, 100.0, 170.0, 300.0),
+    "crossover": BANDWIDTHS,
     "lag": (0.0, 0.01, 0.02, 0.03, 0.04),
     "B": (0.1, 0.3, 0.5, 0.7, 0.85),
     "alpha": (3.0, 4.5, 6.0, 8.0, 10.1),
