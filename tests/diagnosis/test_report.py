@@ -22,6 +22,7 @@ from tsm_fmu.effects import words
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.display import display
 from tsm_fmu.logs.record import Record
+from tsm_fmu.regression.draws import draw
 
 DT, ROWS = 0.01, 1600
 GIVEN = {"sigma0": 120.0, "sigma1": 0.05, "sigma2": 0.11, "F_c": 0.7, "F_s": 0.7, "v_s": 0.3}
@@ -49,6 +50,29 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
     found = diagnose(kernel("LuGreFriction"), measured, values=GIVEN, holdout=held)
     data = write_diagnosis(out, found)
     return out / "report.html", data
+
+
+def test_the_card_holds_the_errors_of_the_fit_and_how_they_go_together(written: tuple[Path, dict]) -> None:
+    """The noise is white, F is linear in F_c, sigma2 and the mass: closed form but for what sigma0 and v_s add."""
+    card = read_card(written[1]["card"])
+    columns = []
+    for seed in (31, 32):
+        run = record(seed)
+        v, z = run.columns["v"], np.zeros(ROWS)
+        for k in range(1, ROWS):
+            s = np.sign(v[k])
+            z[k] = s + (z[k - 1] - s) * np.exp(-abs(v[k]) * DT * 120.0 / 0.7)
+        columns.append(np.column_stack([z, v, np.gradient(v, DT)]))
+    covariance = 0.011**2 * np.linalg.inv(sum(x.T @ x for x in columns))
+    mass, viscous = card.parameters["inertia.m"], card.parameters["sigma2"]
+    assert mass.stderr == pytest.approx(np.sqrt(covariance[2, 2]), rel=0.3)
+    assert viscous.stderr == pytest.approx(np.sqrt(covariance[1, 1]), rel=0.6)
+    assert card.correlation is not None
+    known = [name for name, p in card.parameters.items() if p.stderr is not None]
+    assert set(card.correlation.names) <= set(known)
+    drawn = draw(card, 50, 3)
+    spread = dict(zip(drawn.names, drawn.values.std(axis=0), strict=True))
+    assert spread["inertia.m"] == pytest.approx(mass.stderr, rel=0.4)
 
 
 def test_the_report_holds_the_answer_and_its_evidence(written: tuple[Path, dict]) -> None:

@@ -149,7 +149,7 @@ def diagnose(
     try:
         found = investigate(runs, task, progress)
     except SearchInterrupted as stopped:
-        raise DiagnosisInterrupted(card_of(stopped.refitted, tuple(used), preset or "", seed)) from None
+        raise DiagnosisInterrupted(card_of(stopped.refitted, tuple(used), preset or "", seed, False)) from None
     progress("locate")
     diagnosis = _described(found, checked, measured, tuple(used), records, preset or "", seed)
     return _improved(diagnosis, runs, task, tuple(used), progress) if improve else diagnosis

@@ -7,14 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-import numpy as np
-
-from ..card import CardParameter, Correlation, ModelCard, Provenance, RecordUsed, utc_now
+from ..card import CardParameter, ModelCard, Provenance, RecordUsed, utc_now
 from ..kernels.arrays import FloatArray
 from ..logs.agreement import Agreement
 from ..logs.record import Record
+from ..regression.card_errors import correlation
 from ..regression.problem import FitRun
-from ..regression.scaled_variables import logarithm_sign
 from .fit import Fit
 
 
@@ -40,26 +38,8 @@ def model_card(
             date=utc_now(),
             method=fit.method if fit.complete else f"{fit.method}, interrupted",
         ),
-        correlation=correlation(fit),
+        correlation=correlation(fit.kernel, fit.uncertainty, {f: p.stderr for f, p in fit.parameters.items()}),
     )
-
-
-def correlation(fit: Fit) -> Correlation | None:
-    """How the errors of the shared parameters go together; None where the log determines none of them.
-
-    Parameters with an open bound at zero are taken in their logarithm, the coordinate in which they were searched.
-    """
-    known = fit.uncertainty
-    declared = {v.field: v for v in fit.kernel.parameters}
-    kept = [k for k, field in enumerate(known.names) if fit.parameters[field].stderr is not None]
-    if not kept:
-        return None
-    names = tuple(declared[known.names[k]].name for k in kept)
-    matrix = np.clip(known.correlation[np.ix_(kept, kept)], -1.0, 1.0)
-    matrix = 0.5 * (matrix + matrix.T)
-    np.fill_diagonal(matrix, 1.0)
-    taken = tuple(declared[known.names[k]].name for k in kept if logarithm_sign(declared[known.names[k]].quantity))
-    return Correlation(names, tuple(tuple(row) for row in matrix.tolist()), taken)
 
 
 def run_outputs(fit: Fit, run: FitRun) -> FloatArray:

@@ -42,7 +42,7 @@ def draw(card: ModelCard, number: int, seed: int | tuple[int, ...]) -> Draws:
     Parameters
     ----------
     card : ModelCard
-        With the correlation that an identification writes.
+        With the correlation that an identification or a diagnosis writes.
     number : int
     seed : int or tuple of int
         Same seed, same draws.
@@ -56,8 +56,8 @@ def draw(card: ModelCard, number: int, seed: int | tuple[int, ...]) -> Draws:
     if errors is None or not errors.names:
         raise InputError(
             f"card of {card.model} does not say how the errors of its parameters are correlated -- expected a card "
-            "that 'tsm-fmu identify' of this version wrote -- fit it again: tsm-fmu identify CARD --measured RUN --out "
-            "NEW.toml"
+            "that 'tsm-fmu identify' or 'diagnose' of this version wrote -- fit it again: tsm-fmu identify CARD "
+            "--measured RUN --out NEW.toml"
         )
     kernel = card.kernel()
     parameters = [card.parameters[name] for name in errors.names]

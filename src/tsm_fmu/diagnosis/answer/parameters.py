@@ -8,6 +8,8 @@ from ...card import CardParameter, ModelCard, Provenance, RecordUsed, utc_now
 from ...effects import sizes_of
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
+from ...regression.card_errors import correlation
+from ...regression.uncertainty import uncertainty
 from ..criteria import CHANGED_SHARE, WEIGHTY_SHARE
 from ..evidence import ModelFit, ParameterChange, ParameterValue
 from ..fits.refit import Fitted
@@ -73,15 +75,22 @@ def per_run_values(fitted: Fitted) -> list[dict[str, float]]:
     return [{name: float(row[j]) for name, j in columns.items()} for row in fitted.table]
 
 
-def card_of(final: Fitted, records: tuple[RecordUsed, ...], preset: str, seed: int) -> ModelCard:
-    """The model of the answer as a card; standard errors are left to an identification."""
+def card_of(final: Fitted, records: tuple[RecordUsed, ...], preset: str, seed: int, errors: bool = True) -> ModelCard:
+    """The model of the answer as a card, with the errors of its fit unless they are not wanted (``errors``).
+
+    They are those of the parameters of this model: that it is the right one they take for granted.
+    """
     problem, values, parameters = final.problem, final.values, {}
+    on_bound = frozenset(f for f in problem.shared if problem.declared[f].name in _at_bounds(final))
+    known = uncertainty(problem, final.table, on_bound) if errors and problem.shared else None
+    stated = {} if known is None else {f: e for f, e in known.stderr.items() if np.isfinite(e)}
     for variable in problem.kernel.parameters:
-        p = problem.space[variable.field]
+        p, error = problem.space[variable.field], stated.get(variable.field)
         value = min(max(values[variable.name], p.lo), p.hi)
-        parameters[variable.name] = CardParameter(value, variable.quantity.unit, None, p.lo, p.hi, not p.free)
+        parameters[variable.name] = CardParameter(value, variable.quantity.unit, error, p.lo, p.hi, not p.free)
     per_run = (
         dict(zip((run.name for run in problem.runs), per_run_values(final), strict=True)) if problem.per_run else {}
     )
     provenance = Provenance(records, seed=seed, date=utc_now(), method="diagnose")
-    return ModelCard(final.model, preset, tuple(final.effects), parameters, per_run, provenance)
+    together = None if known is None else correlation(problem.kernel, known, stated)
+    return ModelCard(final.model, preset, tuple(final.effects), parameters, per_run, provenance, correlation=together)
