@@ -15,7 +15,7 @@ from tsm_fmu.diagnosis.fits.refit import Task, as_given
 from tsm_fmu.diagnosis.residual.families import family_shares
 from tsm_fmu.diagnosis.result import Diagnosis
 from tsm_fmu.diagnosis.runs.motion_signals import Coordinates, coordinates_of
-from tsm_fmu.effects import EFFECTS, FAMILIES, about
+from tsm_fmu.effects import EFFECTS, FAMILIES, about, words
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun
 
@@ -103,6 +103,10 @@ def test_the_answer_says_the_family() -> None:
     assert "What is missing is a law of the load (such laws predict 82 % of it)." in said
     named = Diagnosis("named", effects=("wear",), gap=gap, channels=("F",), family=("time",))
     assert answer(named).endswith("Family: a law of time or travel.")
+    beside = replace(named, equivalent=(("stribeck", "load_dependence"),), family=("time", "speed", "load"))
+    told = answer(beside)
+    assert f"and one of {words('stribeck')}, {words('load_dependence')} (these runs cannot tell which)" in told
+    assert told.endswith("Family: a law of time or travel.")  # of the name, not of all that may be beside it
     sets = Diagnosis("ambiguous", equivalent=(("wear", "stribeck"),), gap=gap, family=("time", "speed"))
     assert answer(sets).endswith("Family: a law of time or travel or a law of the speed.")
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -11,7 +14,7 @@ from tsm_fmu.diagnosis.answer.improvement import improvement_of
 from tsm_fmu.diagnosis.choice.path import Stop, way_to_a_better_model
 from tsm_fmu.diagnosis.improved import ImprovedModel
 from tsm_fmu.diagnosis.result import Diagnosis
-from tsm_fmu.diagnosis.runs.prepared import prepared
+from tsm_fmu.diagnosis.runs.prepared import PreparedRuns, prepared
 from tsm_fmu.diagnosis.workflow import task_of
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record
@@ -32,9 +35,14 @@ def rig_run(name: str, seed: int, zero: float, cubic: float) -> Record:
     return Record(name, t, {"x_in": x, "x_out": np.round(y / 0.0007) * 0.0007}, {"x_in": "rad", "x_out": "rad"})
 
 
-def way_of(cubic: float) -> tuple[list[Stop], ImprovedModel]:
+def runs_of(cubic: float) -> PreparedRuns:
     records = [rig_run(f"run {k}", 41 + k, zero, cubic) for k, zero in enumerate(ZEROS)]
-    runs = prepared(MODEL, records, [], [rig_run("held out", 57, -1.2263, cubic)], None)
+    return prepared(MODEL, records, [], [rig_run("held out", 57, -1.2263, cubic)], None)
+
+
+@cache
+def way_of(cubic: float) -> tuple[list[Stop], ImprovedModel]:
+    runs = runs_of(cubic)
     way = way_to_a_better_model(runs.model, task_of(runs, {}, None, ()), ())
     return way, improvement_of(way, runs, (), (), "", 0)
 
@@ -52,6 +60,15 @@ def test_law_that_is_lacking_comes_in_and_zeros_have_their_size() -> None:
     off = -1.2263 - np.mean(ZEROS)
     assert zeros.holdout_common == pytest.approx(np.hypot(off, zeros.holdout_own), rel=0.2)
     assert "useful, not named" in improved.text.lower()
+
+
+def test_a_step_that_holds_on_the_samples_of_the_search_alone_is_left_out() -> None:
+    way, improved = way_of(0.31)
+    worse = replace(way[-1], added="sensor_lag@x_out", fitted=way[0].fitted)
+    cut = improvement_of([*way, worse], runs_of(0.31), (), (), "", 0)
+    assert cut.effects == improved.effects
+    assert [step.added for step in cut.steps] == [stop.added for stop in way]
+    assert "samples of the search alone: sensor_lag@x_out." in cut.text
 
 
 def test_way_of_a_model_that_lacks_nothing_ends_where_it_begins() -> None:

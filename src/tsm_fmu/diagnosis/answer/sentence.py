@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...effects import FAMILIES, words
+from ...effects import FAMILIES, about, words
 from ...logs.display import Display, display
 from ...models.contract import with_unit
 from ..criteria import ABOVE_FLOOR_RATIO, CHANGED_SHARE, NOTABLE_SHARE, SURE_FLOOR_SHARE
@@ -48,7 +48,8 @@ def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
     of = "it" if place else f"the disagreement of {channel}"
     closes = closure_text(found.gap[channel])
     if found.verdict == "named":
-        names, many = " and ".join(words(e) for e in found.effects), len(found.effects) > 1
+        all_names = [*map(words, found.effects), *_beside(found)]
+        names, many = " and ".join(all_names), len(all_names) > 1
         share = f"{names} explain{'' if many else 's'} {closes} of {of}" if closes else f"missing: {names}"
         return _sentence(f"{where}{share}; {numbers}") + _laws_text(found)
     if found.verdict == "ambiguous":
@@ -67,9 +68,15 @@ def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
     return f"{text} What predicts {_percent(formula.share)} of it, not a name: {channel} lacks {formula.text}."
 
 
+def _beside(found: Diagnosis) -> list[str]:
+    """What is there beside the named effects and has no name of its own."""
+    return [f"one of {', '.join(map(words, ids))} (these runs cannot tell which)" for ids in found.equivalent]
+
+
 def _laws_text(found: Diagnosis) -> str:
-    """Of what the effects of the answer are laws."""
-    laws = [FAMILIES[f] for f in found.family]
+    """Of what the effects of the answer are laws; of named ones, not of what may be beside them."""
+    named = {about(e).family for e in found.effects}
+    laws = [FAMILIES[f] for f in found.family if not named or f in named]
     return f" Family: {either(laws) if found.verdict == 'ambiguous' else ' and '.join(laws)}." if laws else ""
 
 

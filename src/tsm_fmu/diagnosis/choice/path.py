@@ -37,6 +37,8 @@ FURTHER_STEPS = 30
 """Steps of a refit on the way."""
 LAST_STEPS = 60
 """Steps of the refits at its ends."""
+VALLEY_GAIN = 0.1
+"""Lower log of the errors by which a fit without some runs is in a better valley, and not on easier runs."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +125,7 @@ def _without_idle(way: Sequence[Stop], progress: Callable[[str], None]) -> list[
         if not last.is_worth_more_than(stop):
             last = stop
     if len(way) > 1:
-        last = replace(last, fitted=_reweighted(last.fitted, LAST_STEPS))
+        last = replace(last, fitted=min(last.fitted, _reweighted(last.fitted, LAST_STEPS), key=_log_left))
     return [*way[:-1], last] if last.added == way[-1].added else [*way, last]
 
 
@@ -140,8 +142,9 @@ def _reweighted(fitted: Fitted, steps: int) -> Fitted:
 
 
 def _judged(added: str, fitted: Fitted) -> Stop:
-    """With what is left on runs left out in turn."""
+    """With what is left on runs left out in turn; where a fit without some runs is the better one, from its values."""
     runs = fitted.problem.runs
+    better = fitted
     found: list[FloatArray] = [np.empty(0)] * len(runs)
     for part in range(min(LEFT_OUT_PARTS, len(runs))):
         kept = [k for k in range(len(runs)) if k % LEFT_OUT_PARTS != part]
@@ -151,7 +154,12 @@ def _judged(added: str, fitted: Fitted) -> Stop:
         out = range(part, len(runs), LEFT_OUT_PARTS)
         for k, residual in zip(out, less.held_out_errors([runs[k] for k in out]), strict=True):
             found[k] = np.mean(residual**2, axis=0)
-    return Stop(added, fitted, tuple(found))
+        if _log_left(less) < _log_left(fitted) - VALLEY_GAIN:
+            all_runs = refit(
+                fitted.task, fitted.effects, less.values, per_run_values=fitted.per_run, steps=FURTHER_STEPS
+            )
+            better = min(better, all_runs, key=_log_left)
+    return Stop(added, better, tuple(found))
 
 
 def _next(model: Kernel, at: Stop) -> Stop | None:
@@ -178,6 +186,8 @@ def _next(model: Kernel, at: Stop) -> Stop | None:
         return _judged(one[0], _reweighted(one[1], FURTHER_STEPS))
 
     stops = together(refitted, tried[:JUDGED_CANDIDATES])
+    # one that leaves more of the very runs that it was fitted to was not fitted: it holds the model before it
+    stops = [s for s in stops if _log_left(s.fitted) < _log_left(fitted)]
     return max(stops, key=lambda s: s.gain_over(at)[0] - PARAMETER_GAIN * s.parameters, default=None)
 
 
