@@ -37,8 +37,6 @@ FURTHER_STEPS = 30
 """Steps of a refit on the way."""
 LAST_STEPS = 60
 """Steps of the refits at its ends."""
-VALLEY_GAIN = 0.1
-"""Lower log of the errors by which a fit without some runs is in a better valley, and not on easier runs."""
 
 
 @dataclass(frozen=True)
@@ -142,9 +140,8 @@ def _reweighted(fitted: Fitted, steps: int) -> Fitted:
 
 
 def _judged(added: str, fitted: Fitted) -> Stop:
-    """With what is left on runs left out in turn; where a fit without some runs is the better one, from its values."""
+    """With what is left on runs left out in turn."""
     runs = fitted.problem.runs
-    better = fitted
     found: list[FloatArray] = [np.empty(0)] * len(runs)
     for part in range(min(LEFT_OUT_PARTS, len(runs))):
         kept = [k for k in range(len(runs)) if k % LEFT_OUT_PARTS != part]
@@ -154,12 +151,7 @@ def _judged(added: str, fitted: Fitted) -> Stop:
         out = range(part, len(runs), LEFT_OUT_PARTS)
         for k, residual in zip(out, less.held_out_errors([runs[k] for k in out]), strict=True):
             found[k] = np.mean(residual**2, axis=0)
-        if _log_left(less) < _log_left(fitted) - VALLEY_GAIN:
-            all_runs = refit(
-                fitted.task, fitted.effects, less.values, per_run_values=fitted.per_run, steps=FURTHER_STEPS
-            )
-            better = min(better, all_runs, key=_log_left)
-    return Stop(added, better, tuple(found))
+    return Stop(added, fitted, tuple(found))
 
 
 def _next(model: Kernel, at: Stop) -> Stop | None:
