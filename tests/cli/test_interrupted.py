@@ -6,6 +6,7 @@ import os
 import random
 import re
 import signal
+import subprocess
 import sys
 import time
 import zipfile
@@ -134,3 +135,30 @@ def test_an_end_at_any_moment_leaves_no_half_file_and_the_next_run_is_the_same(l
     assert again.exitcode == 0, said.read_text()
     assert results(new) == expected
     assert not [p for p in new.rglob("*") if ".part" in p.name or ".incomplete" in p.name or p.suffix == ".jsonl"]
+
+
+INTERRUPTED_WHILE_CLEANING = """
+import os, signal, time
+from tsm_fmu.cli import app, main
+
+class Kept:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        sum(range(10000))
+
+@app.command("clean")
+def clean():
+    Kept()
+    time.sleep(30.0)
+    print("never told of it")
+
+main(["clean"])
+"""
+
+
+def test_an_interrupt_in_a_finalizer_is_not_lost(tmp_path):
+    """Python prints and forgets what `__del__` raises; a user's Ctrl-C must neither be shown so nor forgotten."""
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED_WHILE_CLEANING], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "tsm-fmu: interrupted\n")

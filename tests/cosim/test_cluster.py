@@ -18,7 +18,7 @@ VARY = ["--vary", "belt.mode=0:2:3", "--vary", "g.k=-3.3:-0.7:7"]
 
 @pytest.fixture(scope="module")
 def workers():
-    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0") as cluster:
         yield cluster
 
 
@@ -81,7 +81,7 @@ def test_the_table_is_written_as_parquet_too(workers, path, tmp_path):
 
 def test_a_scheduler_without_workers_is_one_line(path, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("tsm_fmu.batching.cluster.PATIENCE", 1.0)
-    with LocalCluster(n_workers=0, dashboard_address=None) as empty:
+    with LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0") as empty:
         address = empty.scheduler_address
         assert run(["sweep", str(path), "--vary", "g.k=1:2:2", "--out", str(tmp_path), "--scheduler", address]) == 2
     assert f"--scheduler {address} has no worker -- expected one or more" in capsys.readouterr().err

@@ -101,7 +101,8 @@ def test_ctrl_c_keeps_the_points_that_are_done(foreign, tmp_path, capsys):
         ([], "Missing option '--vary'"),
     ],
 )
-def test_wrong_use_is_one_line_and_leaves_no_result(foreign, tmp_path, capsys, arguments, message):
+def test_wrong_use_is_one_line_and_leaves_no_result(foreign, tmp_path, capsys, monkeypatch, arguments, message):
+    monkeypatch.setattr("tsm_fmu.batching.cluster.PATIENCE", 0.5)
     assert swept(tmp_path, belt(foreign), *arguments) == 2
     said = capsys.readouterr()
     assert message in said.err

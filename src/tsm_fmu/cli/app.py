@@ -11,6 +11,7 @@ import math
 import os
 import signal
 import sys
+import threading
 import traceback
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
@@ -51,6 +52,7 @@ def _options(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit with its code; a request to end the process keeps what Ctrl-C keeps."""
+    sys.unraisablehook = _ask_again
     try:
         for name in ("SIGTERM", "SIGHUP"):
             number = getattr(signal, name, None)
@@ -61,6 +63,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except KeyboardInterrupt:
         code = _say("interrupted", 130)
     sys.exit(code)
+
+
+def _ask_again(ignored: sys.UnraisableHookArgs) -> None:
+    """Python drops what a finalizer raises, a Ctrl-C that arrives in one too: it is asked for again, a moment later."""
+    if issubclass(ignored.exc_type, KeyboardInterrupt):
+        later = threading.Timer(0.01, _interrupt)
+        later.daemon = True
+        later.start()
+    else:
+        sys.__unraisablehook__(ignored)
+
+
+def _interrupt() -> None:
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)  # also wakes what waits there
+    else:
+        signal.raise_signal(signal.SIGINT)
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
