@@ -1,6 +1,9 @@
 """Baselines and signal preparation against cases with a known answer."""
 
 import math
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -136,3 +139,25 @@ def test_the_fmus_outlive_the_processes_that_run_them():
     folder = loops._folder()
     assert loops.side_by_side(abs, [(-3,), (2,)]) == [3, 2]
     assert folder.is_dir()
+
+
+KILLED_AT_WORK = """
+import os, time
+from tsm_fmu.reproduction import loops
+
+def work(_):
+    print(os.getpid(), flush=True)
+    time.sleep(100.0)
+
+loops.side_by_side(work, [(1,), (2,)])
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes cannot be forked here")
+def test_the_processes_of_a_killed_one_end_with_it():
+    with subprocess.Popen([sys.executable, "-c", KILLED_AT_WORK], stdout=subprocess.PIPE, text=True) as killed:
+        workers = {int(killed.stdout.readline()) for _ in range(2)}
+        assert killed.pid not in workers
+        killed.kill()
+        rest, _ = killed.communicate(timeout=30.0)  # ends when nobody holds the pipe
+    assert rest == ""

@@ -6,6 +6,7 @@ import atexit
 import multiprocessing
 import os
 import re
+import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
@@ -67,8 +68,20 @@ def side_by_side(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]
     workers = min(len(arguments), os.cpu_count() or 1)
     if workers < 2 or "fork" not in multiprocessing.get_all_start_methods():
         return [function(*given) for given in arguments]
-    with ProcessPoolExecutor(workers, multiprocessing.get_context("fork")) as pool:
+    with ProcessPoolExecutor(workers, multiprocessing.get_context("fork"), _end_with_parent) as pool:
         return [job.result() for job in [pool.submit(function, *given) for given in arguments]]
+
+
+def _end_with_parent() -> None:
+    """A forked worker holds both ends of the pool's pipes: it would wait for ever for a parent that was killed."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def follow() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()
 
 
 def _run(name: str, case: Case, record: Sequence[str] | None) -> Trajectory:
