@@ -73,7 +73,7 @@ def test_closed_forms_of_the_paper_models():
     assert forms["law_1"].value / 2.0 == pytest.approx(3.2415, abs=5e-5)
 
 
-# models.md 4.3: peak-to-peak and standard deviation [deg] of the same plant without motor
+# Computed apart from our code: peak-to-peak and standard deviation [deg] of the same plant without motor
 WITHOUT_MOTOR = {
     "periodic.uncompensated": (10.406, None, 1e-3),
     "periodic.law_1": (6.481, 1.017, 1e-3),

@@ -1,6 +1,6 @@
 """Answers against the truth: points, rates with Wilson intervals, confusion, risk over coverage, closure.
 
-Points of a case (effects.md, section 4), with n hidden effects of the vocabulary:
+Points of a case, with n hidden effects of the vocabulary:
 
 * each right name 1/n, each wrong name -2;
 * no name but sets that hold a hidden effect: 0.5/size of the smallest, /n;
@@ -156,7 +156,7 @@ class Rate:
 
 
 def rates(results: Iterable[Scored]) -> list[Rate]:
-    """The rates that effects.md sets targets for, and those that explain them."""
+    """The rates that have targets, and those that explain them."""
     results = list(results)
     one = [r for r in results if r.truth and r.stratum in "ACD"]
     names = [(r.right, r.wrong) for r in one]

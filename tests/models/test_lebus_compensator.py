@@ -51,7 +51,7 @@ def test_forward_after_inverse_is_the_identity(preset, values):
 
 
 def test_forward_after_inverse_with_a_load_that_turns_with_the_motion():
-    """Slack of 154 mm in each reversal: theta_b = 716 deg and more (models.md 5.3)."""
+    """Slack of 154 mm in each reversal: theta_b = 716 deg and more."""
     theta_r = reference(0.0, 20.0, 3.0, 15.0)
     way = np.sign(np.diff(theta_r, prepend=-1.0))
     T = 0.5 * G * way

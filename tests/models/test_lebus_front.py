@@ -99,7 +99,7 @@ def test_two_tight_tendons_and_a_changing_load_match_finite_elements():
 
 
 def test_driver_tension_and_travel_of_the_front_have_their_closed_form():
-    """T_a0' = T_a0 (1 - sqrt(s EA mu kappa/T_a0))^2 until the front arrives, models.md 5.2."""
+    """T_a0' = T_a0 (1 - sqrt(s EA mu kappa/T_a0))^2 until the front arrives."""
     p = K.params("m10_540", {"winding_strain": 0})
     T_a0 = 9.81 * math.exp(0.16 * 3 * math.pi)
     slope = EA * 0.16 * 3 * math.pi / L / T_a0

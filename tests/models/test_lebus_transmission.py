@@ -1,4 +1,4 @@
-"""Numbers of models.md 5.3, limits and invariants of the LeBus transmission, refusals."""
+"""Numbers computed apart from our code, limits and invariants of the LeBus transmission, refusals."""
 
 import json
 import math
@@ -84,7 +84,7 @@ def test_lost_motion_with_loads_in_both_directions(preset, mm, slack):
 
 
 def test_bend_location_decides_the_elongation():
-    """All the bend at the driver: I = L exp(-lam) (907, 332 mm); all at the follower: I = L (models.md 5.3)."""
+    """All the bend at the driver: I = L exp(-lam) (907, 332 mm); all at the follower: I = L."""
     for turns, at_driver in ((1, 907.3), (3, 332.0)):
         lam, bend = 0.16 * math.pi * turns, 1e-7
         sharp = {"n_seg": 2, "winding_strain": 0, "T_0": 0.0}
@@ -113,7 +113,7 @@ def test_uniform_bend_integral(turns, I):
     ],
 )
 def test_layers_alone_give_the_shape_of_the_forward_error(n_t, end, largest, where, slack_end, slack_max):
-    """Ten turns, no friction, stiff tendon, error of the wheel angles times D/2 (models.md 5.2)."""
+    """Ten turns, no friction, stiff tendon, error of the wheel angles times D/2."""
     values = {"n_t": n_t, "layers": 1, "mu": 0.0, "EA": 1e9, "T_0": 0.0, "slack": 0.0, "winding_strain": 0}
     theta = np.linspace(0, 20 * math.pi, 901)
     y = run(K.params("published", values), theta, 1e-6)

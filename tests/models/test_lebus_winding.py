@@ -44,7 +44,7 @@ def test_straight_grooves_take_alpha_s_and_broken_ones_the_rest():
 
 
 def test_wheel_friction_per_length_of_both_layers():
-    """F_f1 = .1038 N/mm, F_f2 = .1198 N/mm at 0.5 kg, 180 deg (models.md 5.3): N/m until s_w [m] makes it a force."""
+    """F_f1 = .1038 N/mm, F_f2 = .1198 N/mm at 0.5 kg, 180 deg: N/m until s_w [m] makes it a force."""
     first, second = at(100, s_w=1.0), at(5 * 360 + 100, s_w=1.0)
     assert first.F_w == pytest.approx(103.8, abs=0.06)
     assert second.F_w == pytest.approx(119.8, abs=0.06)

@@ -6,7 +6,7 @@ The difference that the papers' branch functions share (MMT 2015 Eq (8), ICINCO 
 
 with dF = dF_p for pull (s > 0) and dF_n for release; a negative value is a lower accelerating branch.
 Limits: dF_p = dF_n = 0 changes nothing; a -> 0 closes the branches, so the force is continuous in a.
-Source: effects.md 1, `acceleration_branches`; models.md 000-002.
+Source: IFToMM 2013, ICINCO 2013 and MMT 2015, in what their branch functions have in common.
 """
 
 import math

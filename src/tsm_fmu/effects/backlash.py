@@ -6,7 +6,7 @@
 
 w is half the gap; the start is in the middle of it. Limits: w = 0 changes nothing; a stroke inside the gap
 moves nothing; the lost motion is 2 w at any speed and load.
-Source: Tao and Kokotovic (1996); effects.md 1, `backlash`.
+Source: Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities (1996).
 """
 
 from typing import Annotated, NamedTuple

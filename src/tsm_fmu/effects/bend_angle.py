@@ -7,7 +7,7 @@ column is named.
 
 Where neither the model nor a column of the log has the load, it is taken as constant, 1: F + mu Theta z.
 Limits: mu = 0 or a straight sheath changes nothing; a constant Theta is `load_dependence` with k = mu Theta.
-The linear form of exp(mu Theta). Source: capstan law; AME 2020 Eqs (14)-(16); effects.md 1, `bend_angle`.
+The linear form of exp(mu Theta). Source: capstan law; AME 2020 Eqs (14)-(16).
 """
 
 from typing import Annotated, NamedTuple

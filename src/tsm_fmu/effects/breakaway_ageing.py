@@ -10,8 +10,8 @@ the share that shows at the hold itself, as where friction is taken for its limi
 
 Eq (1) is solved exactly at constant |v|: theta = D_c/|v| + (theta(0) - D_c/|v|) exp(-|v| dt/D_c); Eq (2) with the g
 of the end of the step. Limits: B = 0 changes nothing; sliding at v settles at B ln(1 + D_c/(|v| theta_0)) (velocity
-weakening); b does not change at rest; rest = 1 is B ln(1 + theta/theta_0) z, the law as effects.md prints it.
-Source: Dieterich-Ruina ageing law; effects.md 1, `breakaway_ageing`.
+weakening); b does not change at rest; rest = 1 is B ln(1 + theta/theta_0) z, friction at its limit.
+Source: Dieterich (J. Geophys. Res. 84, 1979) and Ruina (J. Geophys. Res. 88, 1983), ageing law.
 """
 
 import math

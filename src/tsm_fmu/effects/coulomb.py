@@ -5,7 +5,7 @@
     F <- F + F_c z                                                                      (1)
 
 Limits: F_c = 0 changes nothing; sliding adds F_c against the motion. Dissipative per closed cycle.
-Source: Coulomb with the Dahl presliding state; effects.md 1, `coulomb`.
+Source: Coulomb, with the presliding state of Dahl (1968).
 """
 
 from typing import Annotated, NamedTuple

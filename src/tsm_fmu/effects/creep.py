@@ -5,7 +5,7 @@
     y <- y + k (x - x_c),   tau dx_c/dt = x - x_c                                       (1)
 
 x is taken as linear over the step, which (1) then solves exactly. Limits: k = 0 changes nothing; fast motion
-sees a spring k, a long hold none. Source: Maxwell element; effects.md 1, `creep`.
+sees a spring k, a long hold none. Source: Maxwell element (a spring and a damper in series).
 """
 
 from typing import Annotated, NamedTuple

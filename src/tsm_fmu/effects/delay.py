@@ -6,7 +6,7 @@
 
 The last 64 steps are kept; between two of them the signal is a straight line, before the start it is its first
 value. T_d may be at most 63 steps; more is refused, not shortened. Limits: T_d = 0 changes nothing.
-Steps of equal length are assumed inside the buffer. Source: effects.md 1, `delay`.
+Steps of equal length are assumed inside the buffer. Source: dead time of control engineering.
 """
 
 from typing import Annotated, Any, NamedTuple

@@ -7,7 +7,7 @@
 eps makes the level differ, df_v the slope over the speed: half of what the viscous coefficients of the two directions
 differ by. Limits: eps = df_v = 0 changes nothing; eps = 1 leaves no friction in release. Dissipative for |eps| <= 1
 where F is, and |df_v| at most the viscous coefficient.
-Source: effects.md 1, `direction_asymmetry`.
+Source: Armstrong-Helouvry, Control of Machines with Friction (1991).
 """
 
 from typing import Annotated, NamedTuple

@@ -6,7 +6,8 @@
 
 tau_m is the torque that the drive side sees before this effect: load and friction, in one unit. Limits: k_m = k_e = 0
 changes nothing; k_m = k_e is friction that grows with the friction torque alone.
-Source: Rhoban's BAM models (directional load); effects.md 1, `drive_direction`.
+Source: Duclusaud, Passault, Padois and Ly, Extended Friction Models for the Physics Simulation of Servo Actuators
+(2024), load-dependent friction with direction.
 """
 
 from typing import Annotated, NamedTuple

@@ -7,7 +7,7 @@
 r is the input position per radian of the drum (1 where the input is the drum's angle); a gear or a wheel of unknown
 size is found by a search over the periods that the stroke could hold. Limits: all C_k = S_k = 0
 changes nothing. A_k = hypot(C_k, S_k), phi_k = atan2(-S_k, C_k) give the form A_k cos(k theta + phi_k).
-Source: effects.md 1, `drum_periodic`.
+Source: geometry of an eccentric pulley (k = 1); Fourier series of any other law of the angle.
 """
 
 import math

@@ -8,8 +8,7 @@ friction is one of the sensor)::
 
 g is taken as linear over the step, which (1) then solves exactly. Limits: d = 0 and tau = 0 change nothing; at
 constant speed nothing is left after a few tau; what acts at once, the Stribeck curve itself, is the model's or that of
-`stribeck`. Source: Hess and Soom (J. Tribology 1990); Armstrong-Helouvry, frictional memory; effects.md 1,
-`friction_lag`.
+`stribeck`. Source: Hess and Soom (J. Tribology 1990); Armstrong-Helouvry, frictional memory (1991).
 """
 
 from typing import Annotated, NamedTuple

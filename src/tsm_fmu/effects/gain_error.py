@@ -4,7 +4,7 @@
 
     y <- (1 + g) y                                                                      (1)
 
-Limits: g = 0 changes nothing. Source: effects.md 1, `gain_error`.
+Limits: g = 0 changes nothing. Source: gain error of a sensor, as in its data sheet.
 """
 
 from typing import Annotated, NamedTuple

@@ -4,7 +4,7 @@
 
     F <- F + m a                                                                        (1)
 
-Limits: m = 0 changes nothing. Takes no energy over a closed cycle. Source: Newton; effects.md 1, `inertia`.
+Limits: m = 0 changes nothing. Takes no energy over a closed cycle. Source: Newton.
 """
 
 from typing import Annotated, NamedTuple

@@ -7,7 +7,7 @@ pretension shows at its input is, to first order in the load::
 
 Limits: k = 0 changes nothing; z = +-1 (sliding) adds a constant share of the load to the friction.
 Dissipative for k >= 0: the added force has the sign of the motion once presliding is over.
-Source: Euler-Eytelwein; Agrawal, Peine, Yao (IEEE T-RO 2010); effects.md 1, `load_dependence`.
+Source: Euler-Eytelwein; Agrawal, Peine, Yao (IEEE T-RO 2010).
 """
 
 from typing import Annotated, NamedTuple

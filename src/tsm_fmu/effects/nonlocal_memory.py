@@ -6,7 +6,7 @@ Maxwell slip: three elements, each sliding after its own travel x_i::
 
 Limits: F_i = 0 changes nothing; one element is elastic-perfectly-plastic; monotone travel beyond the
 largest x_i adds the sum of F_i. Dissipative per closed cycle, with return-point memory.
-Source: Iwan (1966); Al-Bender, Lampaert, Swevers (2005); effects.md 1, `nonlocal_memory`.
+Source: Iwan (1966); Al-Bender, Lampaert, Swevers (2005).
 """
 
 from typing import Annotated, NamedTuple

@@ -4,7 +4,7 @@
 
     y <- y + b + c t,   t since the start                                               (1)
 
-Limits: b = c = 0 changes nothing. Source: sensor zero and its drift; effects.md 1, `offset_drift`.
+Limits: b = c = 0 changes nothing. Source: zero and drift of a sensor, as in its data sheet.
 """
 
 from typing import Annotated, NamedTuple

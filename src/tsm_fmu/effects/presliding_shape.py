@@ -10,7 +10,7 @@ Exact per monotone segment, with r = 1 - s z_n and X = |dx|/x_0::
     n = 1: r = r0 exp(-X)          n != 1: r^(1-n) = r0^(1-n) - (1-n) X, 0 once spent    (1a)
 
 Limits: dF = 0 changes nothing; n = 1 with x_0 = x_pre changes nothing either. n < 1 ends presliding
-at a finite travel. Source: Dahl (1968), shape exponent; effects.md 1, `presliding_shape`.
+at a finite travel. Source: Dahl (1968), shape exponent.
 """
 
 import math

@@ -5,7 +5,7 @@
     y <- y_0 + q floor((y - y_0)/q + 1/2)                                               (1)
 
 y_0 is one of the levels: zero for a converter that rounds, q/2 for one that truncates. Limits: q = 0 changes nothing;
-the error is at most q/2. Source: effects.md 1, `quantisation`.
+the error is at most q/2. Source: Widrow and Kollar, Quantization Noise (2008).
 """
 
 import math

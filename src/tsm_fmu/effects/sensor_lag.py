@@ -5,7 +5,7 @@
     tau dy/dt + y = u                                                                   (1)
 
 u is taken as linear over the step, which (1) then solves exactly. Limits: tau = 0 changes nothing; a ramp
-comes out late by tau. Source: effects.md 1, `sensor_lag`.
+comes out late by tau. Source: Astrom and Murray, Feedback Systems (2008), first-order lag.
 """
 
 from typing import Annotated, NamedTuple

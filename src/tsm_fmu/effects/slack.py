@@ -6,7 +6,7 @@
 
 F_0 is the load at which half of the free travel w is taken up (a tendon that leaves its curved rest
 gradually). Limits: w = 0 changes nothing; |load| >> F_0 shifts by +-w: backlash driven by the load, not by the motion.
-Source: Kaneko et al. (1991), tendon on one side free; AME 2020 Eq (25); effects.md 1, `slack`.
+Source: Kaneko et al. (1991), tendon on one side free; AME 2020 Eq (25).
 """
 
 from typing import Annotated, NamedTuple

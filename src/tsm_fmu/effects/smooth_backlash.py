@@ -5,7 +5,7 @@
     y <- y + h,   dh/dt = beta dy/dt - alpha |dy/dt| h                                  (1)
 
 Exact per monotone segment (models/coleman_hodgdon.py). Limits: beta = 0 changes nothing; the lost motion
-of a long stroke is 2 |beta|/alpha at any speed. Source: MSSP 2015 Eqs (8)-(10); effects.md 1, `smooth_backlash`.
+of a long stroke is 2 |beta|/alpha at any speed. Source: MSSP 2015 Eqs (8)-(10).
 """
 
 from typing import Annotated, NamedTuple

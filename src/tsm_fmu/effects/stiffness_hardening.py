@@ -5,7 +5,7 @@
     F <- F + k_1 d + k_3 d^3,   d = x - x_c                                             (1)
 
 Limits: k_1 = k_3 = 0 changes nothing; k_3 = 0 is a linear spring. Takes no energy over a closed cycle.
-Source: Duffing; effects.md 1, `stiffness_hardening`.
+Source: Duffing (1918).
 """
 
 from typing import Annotated, NamedTuple

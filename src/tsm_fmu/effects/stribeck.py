@@ -5,7 +5,7 @@
     F <- F + dF exp(-|v/v_s|^d) z                                                       (1)
 
 Limits: dF = 0 changes nothing; |v| >> v_s leaves nothing; v -> 0 while sliding gives dF.
-Source: Stribeck; Armstrong-Helouvry, Dupont, Canudas de Wit (Automatica 1994); effects.md 1, `stribeck`.
+Source: Stribeck; Armstrong-Helouvry, Dupont, Canudas de Wit (Automatica 30, 1994).
 """
 
 import math

@@ -8,7 +8,7 @@ x_e = x - T/k with the tension of both ends: C = 1/k at the load's end and C_d a
 sheath's friction lies. The stretch is the integral of the tension along the tendon (with the tension falling evenly,
 C = C_d = 1/2k). Written with compliances so that 0 changes nothing.
 Limits: C = C_d = 0 is a rigid tendon; C_d = 0 has no hysteresis of its own.
-Source: Hooke; AME 2020 Eqs (20)-(24); effects.md 1, `tendon_elasticity`.
+Source: Hooke; AME 2020 Eqs (20)-(24).
 """
 
 from typing import Annotated, NamedTuple

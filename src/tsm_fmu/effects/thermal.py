@@ -6,7 +6,7 @@
     F <- F (1 + d (1 - h))                                                              (2)
 
 Eq (1) is exact at constant speed. Limits: d = 0 changes nothing; steady motion gives F (1 + d exp(-t/tau)).
-Source: effects.md 1, `thermal`.
+Source: Bittencourt and Gunnarsson (J. Dyn. Syst. Meas. Control 134, 2012), friction and temperature of a robot joint.
 """
 
 import math

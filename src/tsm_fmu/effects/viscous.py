@@ -5,7 +5,7 @@
     F <- F + f_v v + q |v|^p s                                                          (1)
 
 q is the force at a speed of 1 (m/s or rad/s). Limits: f_v = q = 0 changes nothing; v = 0 gives no force.
-Dissipative for f_v, q >= 0. Source: Newton; effects.md 1, `viscous`.
+Dissipative for f_v, q >= 0. Source: Newton; a power law where q is not 0.
 """
 
 import math

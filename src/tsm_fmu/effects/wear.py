@@ -4,7 +4,7 @@
 
     F <- F (1 + d exp(-X/L)),   X = integral |dx|                                       (1)
 
-Limits: d = 0 changes nothing; long travel leaves F. Source: running-in; effects.md 1, `wear`.
+Limits: d = 0 changes nothing; long travel leaves F. Source: running-in, Blau (Tribology International 38, 2005).
 """
 
 import math

@@ -8,7 +8,7 @@
 The lay moves by one tendon width in two short crossovers per turn (AME 2020 Eq (4)); the second layer, from
 the angle x_l on, winds at a larger radius, R_0 (1 + h) (AME 2020 Eq (36) with the corrected index).
 x is the drum's angle: with a wheel of unknown size, bursts and layers would fit any law of the position.
-Limits: A = h = 0 changes nothing. Source: effects.md 1, `winding_crossover`.
+Limits: A = h = 0 changes nothing. Source: AME 2020 Eqs (4) and (36).
 """
 
 import math

@@ -1,7 +1,7 @@
 """Nuisance effects: what every refit of a diagnosis may use a little of without anything missing.
 
 A friction model has one shape after a reversal and the rig another; a channel comes a little late, its zero is a
-little off. An effect is only missing if it explains what these cannot (effects.md, section 2, rule 3).
+little off. An effect is only missing if it explains what these cannot.
 """
 
 from __future__ import annotations
