@@ -91,10 +91,10 @@ def read_runs(
         if not name.strip():
             raise InputError(f"--map {log}= -- expected a name after '=' -- for example {log}=x_in")
     records = records_of(list(paths), ReadOptions(start, stop, mapping, factors))
-    told: dict[str, list[str]] = {}
+    runs_of_note: dict[str, list[str]] = {}
     for record in records:
         for note in record.notes:
-            told.setdefault(note, []).append(record.name)
-    for note, names in told.items():  # once for all the runs that it is true of
+            runs_of_note.setdefault(note, []).append(record.name)
+    for note, names in runs_of_note.items():  # once for all the runs that it is true of
         typer.echo(f"{', '.join(names)}: {note}", err=True)
     return records

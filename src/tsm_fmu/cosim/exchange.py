@@ -210,9 +210,10 @@ def _mixed(tried: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]]) -> 
         return values + residual
     moves = np.array([values - x for x, _ in tried[:-1]]).T
     changes = np.array([residual - r for _, r in tried[:-1]]).T
-    told = np.linalg.norm(changes, axis=0) > 1e-10 * np.linalg.norm(moves, axis=0)  # else the quotient is rounding
-    if not told.any():
+    # elsewhere the quotient is rounding
+    informative = np.linalg.norm(changes, axis=0) > 1e-10 * np.linalg.norm(moves, axis=0)
+    if not informative.any():
         return values + residual
-    moves, changes = moves[:, told], changes[:, told]
+    moves, changes = moves[:, informative], changes[:, informative]
     weights, *_ = np.linalg.lstsq(changes, residual, rcond=None)
     return values + residual - (moves + changes) @ weights

@@ -278,9 +278,9 @@ class KernelSlave(Fmi2Slave):
 
     def _misplace(self, call: str, expected: str) -> None:
         """A call that FMI does not allow here: PythonFMU has no other answer than OK, so the steps are refused."""
-        told = f"{call} in an instance that is {self._phase} -- expected {expected} -- reset the instance"
-        self._fault = self._fault or told
-        self._tell(told)
+        message = f"{call} in an instance that is {self._phase} -- expected {expected} -- reset the instance"
+        self._fault = self._fault or message
+        self._tell(message)
 
     def _spoil(self, reference: int, what: str) -> None:
         known = 0 <= reference < len(self._variables)

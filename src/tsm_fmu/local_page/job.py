@@ -99,12 +99,12 @@ class Job:
     def _listen(self, pipe: Connection) -> None:
         try:
             while True:
-                kind, said = pipe.recv()
+                kind, message = pipe.recv()
                 if kind == "step":
-                    if said not in self.steps[-1:]:
-                        self.steps.append(said)
+                    if message not in self.steps[-1:]:
+                        self.steps.append(message)
                 elif self.state in ("running", "stopping"):
-                    self.result, self.state = said, kind
+                    self.result, self.state = message, kind
         except (EOFError, OSError):
             if self.state == "running":
                 self.result, self.state = {"error": "the process ended before its answer -- try again"}, "failed"

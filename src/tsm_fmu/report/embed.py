@@ -42,7 +42,7 @@ class Plots:
         height = sum(panel.height for panel in plot.panels)
         return Markup(environment().get_template("plot.html").render(
             number=len(self._plots) - 1, title=plot.title, legend=legend(plot.panels), height=height,
-            said=_description(plot),
+            description=_description(plot),
         ))  # fmt: skip
 
     def scripts(self) -> Markup:

@@ -202,7 +202,7 @@ def monte_carlo(
             opened(what, folder, Settings(settings, case, stop, step, jacobi, loops, False, time_limit))
         )
         place = folder or Path(stack.enter_context(TemporaryDirectory(prefix="tsm-fmu-")))
-        change, axes, points, said = _drawn(system, cards, draws, seed, settings, place)
+        change, axes, points, draw_notes = _drawn(system, cards, draws, seed, settings, place)
         traced = _traced(system.cases, system.record, signal)
         found = run_points(
             system, axes, points, folder, how, changes={(): change}, settings=settings, traced=traced, kind="draws"
@@ -216,7 +216,7 @@ def monte_carlo(
             for name, (one, experiment) in system.cases.items()
             if (made := bands(name, _times(experiment), _unit(one, traced), nominal, drawn)) is not None
         }
-        result = MonteCarloResult(system.name, traced, axes, nominal, tuple(drawn), shown, said)
+        result = MonteCarloResult(system.name, traced, axes, nominal, tuple(drawn), shown, draw_notes)
     return result if folder is None else _written(result, folder)
 
 
@@ -227,7 +227,7 @@ def _drawn(
     fmus: dict[str, Path] = {}
     own: dict[str, str] = {}
     columns: dict[str, np.ndarray] = {"draw": np.arange(draws + 1.0)}
-    units, said = {"draw": "1"}, []
+    units, notes = {"draw": "1"}, []
     for number, (component, model) in enumerate(cards.items()):
         card = resolve_model(model).card
         if card is None:
@@ -240,22 +240,22 @@ def _drawn(
         for name, values in zip(one.names, one.values.T, strict=True):
             columns[f"{component}.{name}"] = np.concatenate([[card.parameters[name].value], values])
             units[f"{component}.{name}"] = card.parameters[name].unit
-        said += _said(component, one, draws)
+        notes += _notes_of_draws(component, one, draws)
     rows = np.column_stack(list(columns.values())).tolist()
     points: list[Values] = [dict(zip(columns, row, strict=True)) for row in rows]
     axes = tuple(Axis(name, units[name], tuple(values[1:].tolist())) for name, values in columns.items())
     with_values(system.cases, {k: repr(v) for k, v in points[0].items() if k != "draw"})
-    return Change(fmus, own), axes, points, tuple(said)
+    return Change(fmus, own), axes, points, tuple(notes)
 
 
-def _said(component: str, one: Draws, draws: int) -> list[str]:
-    said = [f"{component}: {', '.join(one.names)} drawn from the fit's covariance."]
+def _notes_of_draws(component: str, one: Draws, draws: int) -> list[str]:
+    notes = [f"{component}: {', '.join(one.names)} drawn from the fit's covariance."]
     if one.held:
-        said.append(f"{component}: {', '.join(one.held)} stay at the card's values, the fit knows no error of them.")
+        notes.append(f"{component}: {', '.join(one.held)} stay at the card's values, the fit knows no error of them.")
     if one.refused:
         share = 100.0 * one.refused / (one.refused + draws)
-        said.append(f"{component}: {share:.3g} % of the draws were outside bounds or conditions and drawn again.")
-    return said
+        notes.append(f"{component}: {share:.3g} % of the draws were outside bounds or conditions and drawn again.")
+    return notes
 
 
 def _traced(cases: Mapping[str, Case], record: Sequence[str] | None, signal: str | None) -> str:

@@ -61,5 +61,5 @@ def families_of(
     """
     if effects or equivalent:
         return tuple(dict.fromkeys(about(spec).family for spec in (*effects, *equivalent)))
-    told = [e for e in evidence if e.channel == channel and e.share > FAMILY_SHARE] if verdict == "unknown" else []
-    return tuple(e.family for e in told if e.share >= FAMILY_TIE_SHARE * told[0].share)
+    shown = [e for e in evidence if e.channel == channel and e.share > FAMILY_SHARE] if verdict == "unknown" else []
+    return tuple(e.family for e in shown if e.share >= FAMILY_TIE_SHARE * shown[0].share)
