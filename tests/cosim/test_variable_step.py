@@ -6,9 +6,12 @@ import re
 import numpy as np
 import pytest
 
+import tsm_fmu as tsm
 from tsm_fmu import InputError
+from tsm_fmu.cosim.cases import with_values
 from tsm_fmu.cosim.master import simulate_system
-from tsm_fmu.cosim.system import Component, Connection, System
+from tsm_fmu.cosim.ssp import write_ssp
+from tsm_fmu.cosim.system import Component, Connection, Experiment, System
 from tsm_fmu.fmu.build import build_fmu
 from tsm_fmu.kernels.kernel import kernel
 
@@ -44,6 +47,19 @@ def test_the_error_falls_with_the_error_that_is_asked_for(plant):
     assert errors[0] < 0.3 * np.max(np.abs(fixed - exact)) / size
     # error of a step ~ step^2, of the run ~ step: a hundredth of the one gives a tenth of the other
     assert 0.5 < math.log10(errors[0] / errors[1]) < 1.6
+
+
+def test_points_of_a_sweep_choose_their_steps(plant, tmp_path):
+    path = write_ssp(tmp_path / "oscillator.ssp", (oscillator(plant), Experiment(0.5, 1e-2)))
+    grid = {"load.k": [0.53, 1.31]}
+    fixed, chosen = (
+        [point.metrics["motor.phi.std"].value for point in tsm.sweep(path, grid, workers=1, **how).points]
+        for how in ({}, {"step_error": 1e-5})
+    )
+    for k, rough, near in zip(grid["load.k"], fixed, chosen, strict=True):
+        system = with_values({"one": (oscillator(plant), Experiment(0.5, 2e-5))}, {"load.k": str(k)})["one"][0]
+        exact = np.std(simulate_system(system, 0.5, 2e-5, decimation=500).columns["motor.phi"])
+        assert abs(near - exact) < 0.1 * abs(rough - exact)
 
 
 def test_few_long_steps_where_nothing_happens(plant):

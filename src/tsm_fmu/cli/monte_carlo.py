@@ -16,6 +16,7 @@ from .systems import (
     Loops,
     Scheduler,
     Step,
+    StepError,
     StopTime,
     System,
     TimeLimit,
@@ -46,6 +47,7 @@ def monte_carlo(
     loops: Loops = None,
     isolate: Isolate = None,
     time_limit: TimeLimit = TIME_LIMIT,
+    step_error: StepError = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
     as_json: AsJson = False,
@@ -56,7 +58,8 @@ def monte_carlo(
     result = drawn(
         what, settings(card, "--card"), draws=draws, seed=seed, signal=signal, out=out, values=settings(values),
         case=case, stop=stop, step=step, jacobi=jacobi, loops=loops, isolate=isolate, time_limit=time_limit,
-        workers=workers, scheduler=scheduler, progress=not as_json, notes=lambda line: typer.echo(line, err=True),
+        step_error=step_error, workers=workers, scheduler=scheduler, progress=not as_json,
+        notes=lambda line: typer.echo(line, err=True),
     )  # fmt: skip
     for line in result.failures:
         typer.echo(line, err=True)

@@ -19,6 +19,7 @@ from .systems import (
     Loops,
     Scheduler,
     Step,
+    StepError,
     StopTime,
     System,
     TimeLimit,
@@ -48,6 +49,7 @@ def sweep(
     loops: Loops = None,
     isolate: Isolate = None,
     time_limit: TimeLimit = TIME_LIMIT,
+    step_error: StepError = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
     as_json: AsJson = False,
@@ -61,7 +63,8 @@ def sweep(
     result = sweep_system(
         what, varied, out=out, values=settled, case=case, stop=stop, step=step, jacobi=jacobi, loops=loops,
         isolate=isolate, workers=workers, scheduler=scheduler,
-        time_limit=time_limit, progress=not as_json, notes=lambda line: typer.echo(line, err=True),
+        time_limit=time_limit, step_error=step_error, progress=not as_json,
+        notes=lambda line: typer.echo(line, err=True),
     )  # fmt: skip
     for line in result.failures:
         typer.echo(line, err=True)

@@ -156,6 +156,7 @@ def monte_carlo(
     loops: str | None = None,
     isolate: bool | None = None,
     time_limit: float = TIME_LIMIT,
+    step_error: float | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
     progress: bool = False,
@@ -178,7 +179,7 @@ def monte_carlo(
         Same seed, same draws.
     signal : str, optional
         ``component.variable`` for the bands; without it the tracking error that the system names.
-    out, values, case, stop, step, jacobi, loops, isolate, time_limit, workers, scheduler, progress, notes
+    out, values, case, stop, step, jacobi, loops, isolate, time_limit, step_error, workers, scheduler, progress, notes
         As in `sweep`.
 
     Returns
@@ -199,7 +200,7 @@ def monte_carlo(
     settings = {name: str(value) for name, value in (values or {}).items()}
     with ExitStack() as stack:
         system = stack.enter_context(
-            opened(what, folder, Settings(settings, case, stop, step, jacobi, loops, False, time_limit))
+            opened(what, folder, Settings(settings, case, stop, step, jacobi, loops, False, time_limit, step_error))
         )
         place = folder or Path(stack.enter_context(TemporaryDirectory(prefix="tsm-fmu-")))
         change, axes, points, draw_notes = _drawn(system, cards, draws, seed, settings, place)

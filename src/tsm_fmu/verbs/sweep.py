@@ -132,6 +132,7 @@ def sweep(
     loops: str | None = None,
     isolate: bool | None = None,
     time_limit: float = TIME_LIMIT,
+    step_error: float | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
     progress: bool = False,
@@ -149,7 +150,7 @@ def sweep(
         numbers for every component with a variable of that name.
     out : str or Path, optional
         Folder for table and report; points are kept there as they are found, so that a killed sweep goes on.
-    values, case, stop, step, jacobi, loops, isolate, time_limit, progress
+    values, case, stop, step, jacobi, loops, isolate, time_limit, step_error, progress
         As in `run`.
     workers : int, optional
         Local processes that do the points; one a processor without it, 1: this one.
@@ -173,7 +174,7 @@ def sweep(
     settings = {name: str(value) for name, value in (values or {}).items()}
     with ExitStack() as stack:
         system = stack.enter_context(
-            opened(what, folder, Settings(settings, case, stop, step, jacobi, loops, False, time_limit))
+            opened(what, folder, Settings(settings, case, stop, step, jacobi, loops, False, time_limit, step_error))
         )
         place = folder or Path(stack.enter_context(TemporaryDirectory(prefix="tsm-fmu-")))
         found = choices(system, vary, place)
