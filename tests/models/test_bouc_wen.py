@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 from scipy.special import hyp2f1
 
 from tsm_fmu.models.laws import bouc_wen
@@ -48,7 +48,7 @@ def test_unloading_from_minus_one_passes_zero_after_the_hypergeometric_travel():
     assert bouc_wen_after(-1.0, RHO * closed, SIGMA, N) == pytest.approx(0.0, abs=2e-8)
 
 
-@pytest.mark.parametrize("n", [1.0, 1.3, N, 2.952, 5.0])
+@pytest.mark.parametrize("n", [1.0, 1.3, N, 2.952, 5.0, 37.3])
 @pytest.mark.parametrize("sigma", [0.5, 0.71, SIGMA, 5.491])
 def test_error_stays_below_1e_7_whatever_the_step(sigma, n):
     for zeta in (-1.0, -0.37, -0.011, 0.0, 0.023, 0.83):
@@ -60,6 +60,24 @@ def test_error_stays_below_1e_7_whatever_the_step(sigma, n):
                 parts = bouc_wen_after(parts, travel / 7, sigma, n)
             assert whole == pytest.approx(exact, abs=1e-7)
             assert parts == pytest.approx(exact, abs=1e-7)
+
+
+def test_a_sharp_law_costs_no_more_than_a_round_one(monkeypatch):
+    """Fits wander to n = 250; a step from one limit past the other then took 16 n parts and more."""
+    monkeypatch.setattr(bouc_wen, "_MOST_PARTS", 400)
+    for n in (1.03, 2.7, 19.0, 251.3):
+        for sigma in (0.5, 0.93, 1.9):
+            assert bouc_wen_after(-1.0, 41.3, sigma, n) == pytest.approx(1.0, abs=1e-8)
+
+
+@pytest.mark.parametrize("d", [-0.0079, 0.0007, 0.0079])
+@pytest.mark.parametrize("n", [1.2, 2.6, 31.0])
+def test_the_approach_of_the_limit_is_its_integral(d, n):
+    """Eq (6d): n q is the integral of n/(1 - (1 - d)^n) over d; scaled so that n d is as far from 0 as it may be."""
+    far, near = d / n, 0.17 * d / n
+    q = quad(lambda x: 1.0 / (1.0 - (1.0 - x) ** n), near, far, epsabs=0.0, epsrel=1e-12)[0]
+    assert bouc_wen._approached(far, q, n) == pytest.approx(near, rel=1e-7)
+    assert bouc_wen._approached(far, 0.0, n) == far
 
 
 @pytest.mark.parametrize("zeta", [-12.3, -1.7, 1.8, 9.1])
