@@ -198,10 +198,29 @@ def compiled_run(module: ModuleType) -> Callable[..., None]:
     ``table[i]`` holds the parameters of the i-th simulation, ``spans[i]`` its first row in ``t`` and ``u``, the one
     after its last, and its first in ``y``. Simulations begin with that of number ``at[0]``, which counts them: after
     a failure it is the one that failed. All of them run without the interpreter's lock.
+    """
+    loops = compiled_loops(module)
+
+    def run(table: FloatArray, spans: Any, t: FloatArray, u: FloatArray, y: FloatArray, at: Any) -> None:
+        loops(table, spans, _read_only(t), _read_only(u), y, at)
+
+    return run
+
+
+@cache
+def compiled_loops(module: ModuleType) -> Any:
+    """Function of numba behind `compiled_run`, compiled for the types of its first call.
 
     ``start`` and ``step`` are compiled by cloning them, and the functions they call, with numba's globals.
     """
     return _njit(_runner(module, _clone(module.start), _clone(module.step)))
+
+
+def _read_only(array: FloatArray) -> FloatArray:
+    """An array as the loops take it: to numba one that may be written to is of another type, compiled once more."""
+    view = np.ascontiguousarray(array).view()
+    view.flags.writeable = False
+    return view
 
 
 def _njit(function: Any, **options: Any) -> Any:

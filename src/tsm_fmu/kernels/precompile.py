@@ -11,7 +11,9 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
-from ..effects import EFFECTS
+import numpy as np
+
+from ..effects import EFFECTS, coordinates
 from ..models import MODELS
 from .compiled_cache import folder
 from .kernel import compiled_run
@@ -28,15 +30,13 @@ def main() -> int:
     return 0
 
 
-_MODULES = (*EFFECTS, *MODELS)
+_MODULES = (coordinates, *EFFECTS, *MODELS)
 
 
 def _compile(number: int) -> None:
-    from numba import float64, int64
-
-    # table, spans, t, u, y, at
-    arrays = float64[:, ::1], int64[:, ::1], float64[::1], float64[:, ::1], float64[:, ::1], int64[::1]
-    compiled_run(_MODULES[number]).compile(arrays)  # type: ignore[attr-defined]
+    module = _MODULES[number]
+    table, u, y = (np.zeros((0, len(c._fields))) for c in (module.Params, module.Inputs, module.Outputs))
+    compiled_run(module)(table, np.zeros((0, 3), dtype=np.int64), np.zeros(0), u, y, np.zeros(1, dtype=np.int64))
 
 
 if __name__ == "__main__":
