@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from tsm_fmu.cosim.cases import run_cases, statistics
+from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.scenarios import single_tsm_force as scenario
 
 STOP = {"dahl.1_hz": 1.5, "dahl.08_hz": 2.0, "bouc_wen.multi_periodic": 6.0, "modified_lugre.periodic": 7.5}
@@ -186,3 +187,22 @@ def test_a_symmetric_law_misses_what_the_model_knows(cases):
     assert level == pytest.approx(np.mean(np.abs(force)), rel=5e-3)
     for motion in ("1_hz", "08_hz"):
         assert rms[f"dahl.{motion}.lugre"] > 1.5 * rms[f"dahl.{motion}.levels_110"]
+
+
+@pytest.mark.parametrize("motion", ["periodic", "non_periodic"])
+def test_behind_a_motor_friction_is_the_kernels_on_its_motion_and_the_estimate_exact(cases, motion):
+    name = f"modified_lugre.{scenario.DRIVEN}{motion}.same"
+    record = [*scenario.RECORD, "motor.domega"]
+    (run,) = run_cases({name: cut(cases[name], 4.0)}, record=record).values()
+    c, law = run.columns, kernel("SingleTsmLuGre")
+    inputs = np.column_stack([c["motor.omega"], c["motor.domega"], 0.0 * run.time, c["load.tau"] / scenario.R])
+    outputs = law.simulate(law.params("published"), run.time, inputs)
+    expected = dict(zip([v.name for v in law.outputs], outputs.T, strict=True))
+    # the law holds what it was handed at the start of a step
+    assert np.max(np.abs(c["plant.F"] - expected["F"])) < 1e-9
+    np.testing.assert_allclose(c["plant.T_drive"], expected["T_drive"], atol=1e-9)
+    assert np.max(np.abs(c["error.y"])) < 1e-12
+    later = run.time > 0.5
+    # the speed of 1.3 to 3 rad/s over the crossover of 60 rad/s bounds what it lags behind
+    assert np.max(np.abs(c["motor.phi"] - c["reference.y"])[later]) < 3.0 / scenario.CROSSOVER
+    assert np.max(np.abs(c["controller.u"])) < 24.0

@@ -1,6 +1,7 @@
 """Scenarios in other masters, from the same .ssp: libcosim, ecos, fmu-manipulation-toolbox's container, against ours.
 
-All exchange as Jacobi does. libcosim counts time in whole nanoseconds, so that its times round otherwise.
+All exchange as Jacobi does. The step is a whole number both of nanoseconds, in which libcosim counts, and of a power of
+2, so that times are the same however a master adds them up: a controller's derivative would show their rounding.
 """
 
 import zipfile
@@ -16,7 +17,7 @@ from tsm_fmu.fmu.build import build_fmu
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.scenarios import SCENARIOS
 
-STEPS, STEP = 1237, 1e-3
+STEPS, STEP = 1237, 2.0**-9
 LOOPS = [
     ("mssp_feedforward", "periodic.b065_law_1", "python"),
     ("mssp_feedforward", "periodic.b065_law_1", "native"),

@@ -1,6 +1,7 @@
 """Energy through power bonds against closed forms: what holding a value over a step costs."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -57,6 +58,15 @@ def drive(tmp_path_factory):
         (Component("motor", fmus["DcMotor"], {"u": 3.7}), Component("load", fmus["RotationalLoad"], load)),
         (Connection("motor.phi", "load.phi"), Connection("load.tau", "motor.tau_load")),
     )
+
+
+@pytest.mark.parametrize(("there", "back", "found"), [(0.37, 0.37, 1), (0.37, 1.0, 0), (1.0, -1.0, 0)])
+def test_factors_that_are_not_one_lever_make_no_bond(drive, there, back, found):
+    wires = (
+        Connection("motor.phi", "load.phi", there, convert_units=False),
+        Connection("load.tau", "motor.tau_load", back, convert_units=False),
+    )
+    assert len(bonds(check_system(replace(drive, connections=wires)))) == found
 
 
 @pytest.mark.parametrize("method", ["gauss-seidel", "jacobi"])

@@ -8,6 +8,7 @@ bonds in co-simulations, Engineering with Computers 33 (2017) 607.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -61,7 +62,9 @@ class Bond:
 def bonds(wiring: Wiring) -> list[Bond]:
     """The power bonds of a system; where several motions or efforts of a kind join two components none is named.
 
-    What goes through a Sum of ours counts as a link of its own, with the gain of that summand.
+    What goes through a Sum of ours counts as a link of its own, with the gain of that summand. Where the factors there
+    and back are not the same power (a law of another unit than its ports say), there is no bond either: what the
+    sides give and take would differ however short the step.
     """
     found = []
     paths = [*wiring.links, *_summed(wiring)]
@@ -73,7 +76,9 @@ def bonds(wiring: Wiring) -> list[Bond]:
                 motions = [link for link in there if _is(_unit(wiring, link.source), motion_unit)]
                 efforts = [link for link in back if _is(_unit(wiring, link.target), effort_unit)]
                 if one != other and len(motions) == 1 == len(efforts):
-                    found.append(_bond(wiring, motions[0], efforts[0], motion_unit.endswith("/s")))
+                    bond = _bond(wiring, motions[0], efforts[0], motion_unit.endswith("/s"))
+                    if math.isclose(bond.scales[0] * efforts[0].gain, bond.scales[1] * motions[0].gain, rel_tol=1e-6):
+                        found.append(bond)
                     break
     return found
 

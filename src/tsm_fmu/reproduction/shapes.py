@@ -37,7 +37,7 @@ def runs(quick: bool) -> Mapping[str, Trajectory]:
         for route, (system, experiment) in cases.items()
         if route in BENT_ALIKE
     }
-    return co_simulate(jobs, ["reference.y", "transmission.T_a", "transmission.stage", "friction.y"])
+    return co_simulate(jobs, ["motor.phi", "transmission.stage", "friction.y"])
 
 
 def transition_claim(key: str, item: str, least: float, quick: bool) -> Claim:
@@ -83,7 +83,7 @@ def shape_figures(quick: bool) -> tuple[Figure, ...]:
     own = {route: runs(quick)[f"{tendon}.{route}"] for route in BENT_ALIKE}
     first = own[BENT_ALIKE[0]]
     shown = first.time >= 5.0
-    t, travel = first.time[shown], 1e3 * scenario.RADIUS * first.columns["reference.y"][shown]
+    t, travel = first.time[shown], 1e3 * scenario.RADIUS * first.columns["motor.phi"][shown]
     force = {route.replace("_", " "): run.columns["friction.y"][shown] for route, run in own.items()}
     apart = {route: f - force["uniform"] for route, f in force.items() if route != "uniform"}
     return (

@@ -28,8 +28,8 @@ from ..cosim.system import Component, Connection, Experiment, System, Value
 from ..cosim.trajectory import Trajectory
 from ..kernels.kernel import kernel
 from ..report import Line, Section, Table, loop_figure, time_figure, write_report
-from .pid_design import design_pid
-from .single_tsm_force import T_MEAN, R
+from .motor_drive import motor_drive
+from .single_tsm_force import GEAR, T_MEAN, R
 
 NAME = "single_tsm_drive"
 FMUS = ("ReferenceSignal", "PidController", "DcMotor", "SingleTsmDahl", "RotationalLoad")
@@ -43,8 +43,6 @@ RECORD = (
     "plant.T_drive",
     "load.tau",
 )
-GEAR = 134.0
-"""Printed, Section 2.1."""
 STIFFNESS = 1000.0
 """Of the springs [N/m]; assumed, with the pretension of `single_tsm_force`."""
 CROSSOVER = 120.0
@@ -75,26 +73,21 @@ def _stop(frequency: float, step: float) -> float:
 
 def case(fmus: Mapping[str, Path], name: str, amplitude_mm: float, frequency: float, *, step: float = STEP) -> Case:
     """Three cycles of a sine of the tendon at the drive, the first of them not evaluated."""
-    gains = design_pid(kernel("DcMotor").params(values={"gear_ratio": GEAR}), crossover=CROSSOVER, step=step).gains
     spring: dict[str, Value] = {"k": STIFFNESS * R * R, "d": 0.0, "phi_0": -T_MEAN / (STIFFNESS * R)}
     plant = kernel("SingleTsmDahl").presets["published"].si
     motion: dict[str, Value] = {"kind": 1, "amplitude_1": 1e-3 * amplitude_mm / R, "frequency_1": frequency}
+    drive, drive_wires = motor_drive(fmus, motion, "plant.T_drive", R, step=step, gear=GEAR, crossover=CROSSOVER)
     parts = (
-        Component("reference", fmus["ReferenceSignal"], motion),
-        Component("controller", fmus["PidController"], dict(gains)),
-        Component("motor", fmus["DcMotor"], {"gear_ratio": GEAR}),
+        *drive,
         Component("load", fmus["RotationalLoad"], spring),
         Component("plant", fmus["SingleTsmDahl"], {**plant, "T_in": 0.0}),
     )
     wires = (
-        Connection("reference.y", "controller.r"),
-        Connection("motor.phi", "controller.y"),
-        Connection("controller.u", "motor.u"),
+        *drive_wires,
         Connection("motor.phi", "load.phi"),
         Connection("motor.omega", "plant.v", R, convert_units=False),
         Connection("motor.domega", "plant.a", R, convert_units=False),
         Connection("load.tau", "plant.T_load", 1.0 / R, convert_units=False),
-        Connection("plant.T_drive", "motor.tau_load", R, convert_units=False),
     )
     stop = _stop(frequency, step)
     return System(parts, wires, name), Experiment(stop=stop, step=step, evaluate_from=stop / 3.0)

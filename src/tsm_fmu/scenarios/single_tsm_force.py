@@ -6,7 +6,8 @@
           |                  ^-- T_load -- load: spring, stretched by x
           '-----------> estimator: T_out = T_in - F_estimated(v, a)      error = T_out - T_load
 
-The motion is imposed and the tendon rigid: the far end moves as the near end does. The spring and its pretension are
+The motion is imposed, or that of a motor behind a position controller, which carries T_in (``driven_``); the tendon is
+rigid: the far end moves as the near end does. The spring and its pretension are
 not published; they are chosen so that neither end goes slack, and cancel in the error, which is F - F_estimated.
 
 Cases are named ``model.motion.estimator``. Models and motions: ``dahl`` (ICINCO Figs 6, 7: ``1_hz`` and ``08_hz``,
@@ -33,12 +34,14 @@ from ..cosim.ssp import Case
 from ..cosim.system import Component, Connection, Experiment, System, Value
 from ..cosim.trajectory import Trajectory
 from ..kernels.kernel import kernel
+from .motor_drive import FMUS as MOTOR_FMUS
+from .motor_drive import MOTION, motor_drive
 from .papers import ERROR_N, MMT_MSE_LUGRE, MMT_MSE_NON_PERIODIC, MMT_MSE_PERIODIC
 from .single_tsm_report import write_single_tsm_report
 
 NAME = "single_tsm_force"
 FMUS = (
-    "ReferenceSignal",
+    *MOTOR_FMUS,
     "SingleTsmDahl",
     "SingleTsmBoucWen",
     "SingleTsmLuGre",
@@ -46,11 +49,28 @@ FMUS = (
     "RotationalLoad",
     "Sum",
 )
-RECORD = ("reference.y", "reference.dy", "plant.F", "estimator.F", "plant.T_drive", "load.tau", "error.y")
+RECORD = (
+    "reference.y",
+    "reference.dy",
+    "motor.phi",
+    "motor.omega",
+    "controller.u",
+    "plant.F",
+    "estimator.F",
+    "plant.T_drive",
+    "load.tau",
+    "error.y",
+)
 R = 0.025
 """Radius of the drive pulley [m], as in MSSP 2015."""
 T_MEAN = 18.0
 """Pretension of the spring at x = 0 [N]; assumed."""
+GEAR = 134.0
+"""Of the motor, where there is one: ICINCO 2013, Section 2.1, the rig of all three papers."""
+CROSSOVER = 60.0
+"""Of its position loop [rad/s]; assumed."""
+DRIVEN = "driven_"
+"""Before the name of a motion that a motor makes."""
 
 REPORTED: Reported = {
     "modified_lugre.periodic.lugre": {"error_mse": Metric(MMT_MSE_LUGRE, "N2")},
@@ -129,16 +149,19 @@ SHEATHS = {
 def cases(fmus: Mapping[str, Path]) -> dict[str, Case]:
     """All cases, from the FMUs by model name."""
     return {
-        name: (loop(fmus, name, sheath, sines, estimator), EXPERIMENT)
+        name: (loop(fmus, name, sheath, sines, estimator, driven=bool(way)), EXPERIMENT)
         for plant, sheath in SHEATHS.items()
         for motion, sines in sheath.motions.items()
         for estimator in sheath.estimators
-        for name in [f"{plant}.{motion}.{estimator}"]
+        for way in ("", *([DRIVEN] if plant == "modified_lugre" else []))
+        for name in [f"{plant}.{way}{motion}.{estimator}"]
     }
 
 
-def loop(fmus: Mapping[str, Path], name: str, sheath: Sheath, sines: Sines, estimator: str) -> System:
-    """Return plant, spring and estimator with the imposed motion."""
+def loop(
+    fmus: Mapping[str, Path], name: str, sheath: Sheath, sines: Sines, estimator: str, *, driven: bool = False
+) -> System:
+    """Return plant, spring and estimator with the imposed motion, or ``driven`` by a motor that carries T_in."""
     preset = kernel(sheath.model).presets[sheath.preset].si
     lugre = estimator == "lugre"
     if lugre:
@@ -147,26 +170,33 @@ def loop(fmus: Mapping[str, Path], name: str, sheath: Sheath, sines: Sines, esti
         levels = raised_levels(sheath) if estimator == "levels_110" else {}
         estimate = Component("estimator", fmus[sheath.model], {**preset, **levels, "T_load": 0.0})
     spring: dict[str, Value] = {"k": sheath.stiffness * R * R, "d": 0.0, "phi_0": -T_MEAN / (sheath.stiffness * R)}
+    drive, wires = (Component("reference", fmus["ReferenceSignal"], motion_values(sines)),), ()
+    if driven:
+        drive, wires = motor_drive(
+            fmus, motion_values(sines), "plant.T_drive", R, step=EXPERIMENT.step, gear=GEAR, crossover=CROSSOVER
+        )
+    y, dy, ddy = (MOTION[name] if driven else f"reference.{name}" for name in MOTION)
     components = (
-        Component("reference", fmus["ReferenceSignal"], motion_values(sines)),
+        *drive,
         Component("load", fmus["RotationalLoad"], spring),
         Component("plant", fmus[sheath.model], {**preset, "T_in": 0.0}),
         estimate,
         Component("error", fmus["Sum"], {"k2": -1.0, "k3": -1.0, **({} if lugre else {"u2": 0.0})}),
     )
     wires = [
-        Connection("reference.y", "load.phi"),
+        *wires,
+        Connection(y, "load.phi"),
         Connection("load.tau", "plant.T_load", 1.0 / R, convert_units=False),
         Connection("load.tau", "error.u3", 1.0 / R),
-        moved(sheath, "dy", "plant.v"),
-        moved(sheath, "ddy", "plant.a"),
-        moved(sheath, "dy", "estimator.v"),
+        moved(sheath, dy, "plant.v"),
+        moved(sheath, ddy, "plant.a"),
+        moved(sheath, dy, "estimator.v"),
     ]
     if lugre:
         wires += [Connection("plant.T_drive", "error.u1"), Connection("estimator.F", "error.u2")]
     else:
         wires += [
-            moved(sheath, "ddy", "estimator.a"),
+            moved(sheath, ddy, "estimator.a"),
             Connection("plant.T_drive", "estimator.T_in"),
             Connection("estimator.T_out", "error.u1"),
         ]
@@ -181,10 +211,10 @@ def motion_values(sines: Sines) -> dict[str, Value]:
     return values
 
 
-def moved(sheath: Sheath, derivative: str, target: str) -> Connection:
+def moved(sheath: Sheath, source: str, target: str) -> Connection:
     """Motion of the pulley to a model: in rad for MMT 2015 and its LuGre set, in metres of tendon for the others."""
     factor = 1.0 if sheath.model == "SingleTsmLuGre" else R
-    return Connection(f"reference.{derivative}", target, factor, convert_units=False)
+    return Connection(source, target, factor, convert_units=False)
 
 
 def raised_levels(sheath: Sheath) -> dict[str, Value]:

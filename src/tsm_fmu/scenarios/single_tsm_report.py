@@ -22,6 +22,8 @@ FIGURES = {
     "bouc_wen.multi_periodic": "IFToMM 2013, Figs 3 and 4",
     "modified_lugre.periodic": "MMT 2015, Fig. 6",
     "modified_lugre.non_periodic": "MMT 2015, Fig. 7",
+    "modified_lugre.driven_periodic": "MMT 2015, Fig. 6, behind a motor",
+    "modified_lugre.driven_non_periodic": "MMT 2015, Fig. 7, behind a motor",
     "swapped_lugre.periodic": "MMT 2015, Fig. 6, pull branches swapped",
     "swapped_lugre.non_periodic": "MMT 2015, Fig. 7, pull branches swapped",
 }
@@ -105,16 +107,17 @@ def _group(name: str, runs: Mapping[str, Trajectory]) -> Section:
     tension = column(first, "load.tau") / R
     tensions = [Line("T_in", time, column(first, "plant.T_drive")), Line("T_out", time, tension, dashed=True)]
     frictions = [Line("plant", time, column(first, "plant.F"))]
-    over_speed = [Line("plant", column(first, "reference.dy"), column(first, "plant.F"))]
-    over_angle = [Line("plant", column(first, "reference.y"), column(first, "plant.F"))]
+    angle, speed = ("motor.phi", "motor.omega") if "motor.phi" in first.columns else ("reference.y", "reference.dy")
+    over_speed = [Line("plant", column(first, speed), column(first, "plant.F"))]
+    over_angle = [Line("plant", column(first, angle), column(first, "plant.F"))]
     for estimator, run in runs.items():
         if estimator == "same":
             continue
         force = column(run, "estimator.F")
         tensions.append(Line(f"T_out, {estimator}", time, tension + column(run, "error.y")))
         frictions.append(Line(estimator, time, force))
-        over_speed.append(Line(estimator, column(run, "reference.dy"), force))
-        over_angle.append(Line(estimator, column(run, "reference.y"), force))
+        over_speed.append(Line(estimator, column(run, speed), force))
+        over_angle.append(Line(estimator, column(run, angle), force))
     figures = (
         time_figure(frictions, "Friction", "F [N]"),
         loop_figure(over_speed, "Friction over speed", "v [rad/s on the pulley]", "F [N]"),

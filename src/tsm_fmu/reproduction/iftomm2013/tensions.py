@@ -28,7 +28,10 @@ def tension_runs() -> dict[str, Trajectory]:
     motion = sheath.motions["multi_periodic"]
     experiment = replace(single_tsm_force.EXPERIMENT, stop=20.0)
     cases = {
-        name: (single_tsm_force.loop(fmus, "tensions", replace(sheath, preset=preset), motion, "same"), experiment)
+        name: (
+            single_tsm_force.loop(fmus, "tensions", replace(sheath, preset=preset), motion, "same", driven=True),
+            experiment,
+        )
         for name, preset in READINGS.items()
     }
     return co_simulate(cases, single_tsm_force.RECORD)
@@ -51,11 +54,12 @@ def tension_claim(runs: Mapping[str, Trajectory]) -> Claim:
 
 
 def _slopes(run: Trajectory) -> float:
-    """Largest ratio over the strokes after the first period."""
-    speed, T_in, T_out = (run.columns[c] for c in ("reference.dy", "plant.T_drive", "load.tau"))
+    """Largest ratio over the strokes after the first period; while the motor sticks at a turn nothing changes."""
+    moves = run.columns["motor.omega"] != 0.0
+    speed, T_in, T_out = (run.columns[c][moves] for c in ("motor.omega", "plant.T_drive", "load.tau"))
     slope = np.diff(T_out / R) / np.diff(T_in)
     turns = np.flatnonzero(np.diff(np.sign(speed)) != 0.0) + 1
-    turns = turns[run.time[turns] > single_tsm_force.EXPERIMENT.evaluate_from]
+    turns = turns[run.time[moves][turns] > single_tsm_force.EXPERIMENT.evaluate_from]
     ratios = []
     for begin, end in pairwise(turns):
         fastest = begin + int(np.argmax(np.abs(speed[begin:end])))

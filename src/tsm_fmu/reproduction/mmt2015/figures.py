@@ -11,7 +11,7 @@ from ...kernels.arrays import FloatArray
 from ...models.laws.friction_branches import pull_level
 from ...report import Figure, Line
 from ...scenarios.papers import MMT_FIG_4
-from ...scenarios.single_tsm_force import R
+from ...scenarios.single_tsm_force import DRIVEN, R
 from ..draw import half_width, plot
 from .forces import plant
 from .printed import ERROR
@@ -60,7 +60,7 @@ def sliding_figures() -> Panels:
 
 def force_figures(found: Mapping[str, Trajectory], item: str, motion: str) -> Panels:
     """Figs 6 and 7: input, friction, error, loops, and the estimated output tension."""
-    run, loop = found[item], found[f"modified_lugre.{motion}.levels_110"]
+    run, loop = found[item], found[f"modified_lugre.{DRIVEN}{motion}.levels_110"]
     forces = {b: run.columns[f"{plant(b, 'Eqs (10)-(12)')}.F"] for b in PRESETS}
     after, t = run.time >= CYCLE, loop.time
     x, v = run.columns["reference.y"], run.columns["reference.dy"]

@@ -48,7 +48,7 @@ def runs() -> dict[str, Trajectory]:
     loops = single_tsm_force.cases({model: FMUS[model] for model in single_tsm_force.FMUS})
     for motion in ("periodic", "non_periodic"):
         for estimator in ("same", "levels_110", "lugre"):
-            name = f"modified_lugre.{motion}.{estimator}"
+            name = f"modified_lugre.{single_tsm_force.DRIVEN}{motion}.{estimator}"
             system, _ = loops[name]
             jobs[name] = (system, Experiment(stop=10.0, step=2e-3, evaluate_from=5.0))
     return co_simulate(jobs)

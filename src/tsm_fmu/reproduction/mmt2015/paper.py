@@ -12,7 +12,7 @@ from ...cosim.trajectory import Trajectory
 from ...kernels.kernel import kernel
 from ...models.single_tsm_lugre import escape_time, sliding_level
 from ...scenarios.papers import MMT_FIG_4
-from ...scenarios.single_tsm_force import R
+from ...scenarios.single_tsm_force import DRIVEN, R
 from ..baseline import Rubbed
 from ..baseline import left as lumped
 from ..claims import Claim, Method, Open, number_claim, open_claim, statement_claim
@@ -228,7 +228,7 @@ def _unique(found: Mapping[str, Recovery]) -> list[Claim]:
 def _bent_less(found: Mapping[str, Trajectory]) -> Claim:
     errors = {}
     for motion in ("periodic", "non_periodic"):
-        run = found[f"modified_lugre.{motion}.levels_110"]
+        run = found[f"modified_lugre.{DRIVEN}{motion}.levels_110"]
         errors[motion] = float(np.ptp(run.columns["error.y"][run.time >= CYCLE]))
     return open_claim(
         "mmt2015.bent_less",
@@ -244,9 +244,9 @@ def _bent_less(found: Mapping[str, Trajectory]) -> Claim:
 
 
 def _baseline(found: Mapping[str, Trajectory]) -> Claim:
-    run = found["modified_lugre.periodic.lugre"]
+    run = found[f"modified_lugre.{DRIVEN}periodic.lugre"]
     scored, force = run.time >= CYCLE, run.columns["plant.F"]
-    x, v = R * run.columns["reference.y"], run.columns["reference.dy"]
+    x, v = R * run.columns["motor.phi"], run.columns["motor.omega"]
     off = lumped(Rubbed(run.time, x, v, run.columns["load.tau"] / R, force, scored))
     mse_left = {"LuGre, published": float(np.mean(run.columns["error.y"][scored] ** 2))}
     mse_left |= {masses: float(np.mean(residual**2)) for masses, residual in off.items()}
