@@ -42,7 +42,7 @@ def test_wear_is_a_trend_of_the_friction_alone(worn: tsm.TrackResult) -> None:
     assert drift.form == "trend"
     low, high = drift.slope_interval
     assert low < 0.0117 * lives.LEVELS.sum() < high
-    assert drift.jump is None
+    assert drift.jumps == ()
     assert "wear" in of(worn, "F_c").text
     assert "Coulomb" in of(worn, "F_c").text
 
@@ -51,9 +51,9 @@ def test_a_jump_is_a_jump_at_its_place(card: tsm.ModelCard) -> None:
     found = of(tsm.track(card, lives.life([1.0] * 7 + [1.083] * 5, seed=17)), "F_c").drift
     assert found is not None
     assert found.form == "jump"
-    assert found.jump_between == (6, 7)
-    assert found.jump_interval is not None
-    low, high = found.jump_interval
+    (jump,) = found.jumps
+    assert jump.between == (6, 7)
+    low, high = jump.interval
     assert low < 0.083 * lives.LEVELS.sum() < high
 
 
@@ -62,9 +62,40 @@ def test_wear_with_a_repair_is_both(card: tsm.ModelCard) -> None:
     found = of(tsm.track(card, lives.life(levels, seed=5), free=["F_c"]), "F_c").drift
     assert found is not None
     assert found.form == "trend and jump"
-    assert found.jump is not None
-    assert found.jump < 0.0 < found.slope
-    assert found.jump_between == (6, 7)
+    (jump,) = found.jumps
+    assert jump.size < 0.0 < found.slope
+    assert jump.between == (6, 7)
+
+
+def test_wear_with_two_repairs(card: tsm.ModelCard) -> None:
+    """No single jump beside a line explains a saw: each hides the other."""
+    once = 1.0 + 0.019 * np.arange(7)
+    found = of(tsm.track(card, lives.life([*once, *once, *once], seed=11), free=["F_c"]), "F_c").drift
+    assert found is not None
+    assert found.form == "trend and jump"
+    assert [jump.between for jump in found.jumps] == [(6, 7), (13, 14)]
+    assert all(jump.interval[0] < -0.133 * lives.LEVELS.sum() < jump.interval[1] for jump in found.jumps)
+
+
+def test_a_change_that_is_undone_is_two_jumps(card: tsm.ModelCard) -> None:
+    result = tsm.track(card, lives.life([1.0] * 5 + [1.127] * 4 + [1.0] * 5, seed=29), free=["F_c"])
+    found = of(result, "F_c").drift
+    assert found is not None
+    assert [jump.between for jump in found.jumps] == [(4, 5), (8, 9)]
+    assert found.jumps[0].size > 0.0 > found.jumps[1].size
+    assert "between day_05 and day_06" in result.answer
+    assert "between day_09 and day_10" in result.answer
+
+
+def test_a_fray_is_a_stiffness_that_falls_strand_by_strand(card: tsm.ModelCard) -> None:
+    hold = [1.0] * 5 + [0.81] * 5 + [0.57] * 5
+    result = tsm.track(card, lives.life([1.0] * 15, seed=83, stiff=hold), free=["sigma0", "F_c"])
+    assert "F_c" not in result.moving
+    series = of(result, "sigma0")
+    assert series.drift is not None
+    assert [jump.between for jump in series.drift.jumps] == [(4, 5), (9, 10)]
+    assert all(jump.size < 0.0 for jump in series.drift.jumps)
+    assert "broken strand" in series.text
 
 
 def test_nothing_drifts_where_nothing_does(card: tsm.ModelCard) -> None:
@@ -106,7 +137,7 @@ def test_an_effect_of_the_card_is_followed_in_its_own_words() -> None:
 def test_files_and_page(worn: tsm.TrackResult, tmp_path: Path) -> None:
     folder = worn.write(tmp_path / "a" / "b")
     held = json.loads((folder / "track.json").read_text())
-    assert set(held) == {"model", "tracked", "moving", "answer", "series", "runs", "sources", "notes"}
+    assert set(held) == {"model", "tracked", "by", "moving", "answer", "series", "runs", "sources", "notes"}
     assert held["series"]["F_c"]["drift"]["form"] == "trend"
     assert len(held["runs"]) == 14
     page = folder / "report.html"
@@ -132,6 +163,11 @@ def test_files_and_page(worn: tsm.TrackResult, tmp_path: Path) -> None:
         ("card.toml 1.csv 2.csv 3.csv 4.csv 5.csv --out 1.csv", "is a file -- expected a folder"),
         ("LuGreFriction 1.csv 2.csv 3.csv 4.csv 5.csv --out d", "without a card -- expected a fitted model"),
         ("card.toml 1.csv 2.csv 3.csv 4.csv rest.csv --out d", "no input of LuGreFriction moves in rest"),
+        (
+            "card.toml 1.csv 2.csv 3.csv 4.csv 5.csv --out d --by ghost",
+            "--by ghost: 1.csv has no such column -- expected",
+        ),
+        ("card.toml 1.csv 2.csv 3.csv 4.csv 5.csv --out d --by start", "--by start: the times of 1.csv are no dates"),
         ("none.toml 1.csv --out d", "none.toml -- expected a readable file"),
     ],
 )

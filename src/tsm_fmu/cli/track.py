@@ -22,6 +22,15 @@ def track(
         list[str],
         typer.Option("--free", metavar="P", help="Parameter to follow; repeatable. Else those that single runs tell."),
     ] = [],  # noqa: B006
+    by: Annotated[
+        str,
+        typer.Option(
+            "--by",
+            metavar="ORDER",
+            help="Order in time: 'given'; 'name', day_2 before day_10; 'start', the dates in the logs; or a column, by "
+            "its first value.",
+        ),
+    ] = "given",
     start: Start = None,
     stop: Stop = None,
     maps: Map = [],  # noqa: B006
@@ -29,13 +38,13 @@ def track(
     cutoff: Cutoff = None,
     as_json: AsJson = False,
 ) -> None:
-    """Follow a model's parameters over runs in time order: which drift or jump."""
+    """Follow a model's parameters over the runs of a life: which drift or jump, and when."""
     from ..verbs.track import track as follow
 
     check_folder(out)
     records = read_runs(runs, start, stop, maps, scales)
     with status("track") as progress:
-        found = follow(card, records, free=free, cutoff=cutoff, out=out, progress=progress)
+        found = follow(card, records, free=free, by=by, cutoff=cutoff, out=out, progress=progress)
     if as_json:
         print_json(found.as_json())
     else:

@@ -51,6 +51,8 @@ class Record:
     notes : tuple of str
         How the file was read where that was not plain: separator, encoding, rows and columns left out, times
         counted from the first, what `log.toml` said.
+    begins : float or None
+        When time was zero [s since 1970, UTC], where the log's times are dates.
     """
 
     name: str
@@ -61,6 +63,7 @@ class Record:
     sha256: str = ""
     first_row: int = FIRST_ROW
     notes: tuple[str, ...] = ()
+    begins: float | None = None
 
     def __post_init__(self) -> None:
         where = str(self.source or self.name)
@@ -241,7 +244,7 @@ def read_record(
         table = frame_table(where, source)
     columns, renamed = mapped(where, table.columns, given, beside)
     at = find_time(where, columns)
-    time, timing = seconds(where, columns[at], table.first_row)
+    time, timing, begins = seconds(where, columns[at], table.first_row)
     channels, left_out = _measured(where, columns[:at] + columns[at + 1 :], bool(given.names or renamed))
     factors, scalings = scaled(where, [column for column, _ in channels], given, beside)
     check_order(where, time, table.first_row)
@@ -256,7 +259,8 @@ def read_record(
         values[column.name] = column.values[keep] * (si.factor * factor) + si.offset * factor
         units[column.name] = si.si
     notes = (*table.notes, *renamed, *scalings, *timing, *left_out, *window_note(time, start, stop))
-    return Record(name or stem, time[keep], values, units, file, table.digest, table.first_row + keep.start, notes)
+    first_row = table.first_row + keep.start
+    return Record(name or stem, time[keep], values, units, file, table.digest, first_row, notes, begins)
 
 
 def write_record(path: str | Path, time: ArrayLike, columns: Mapping[str, ArrayLike], units: Mapping[str, str]) -> Path:

@@ -40,8 +40,8 @@ def find_time(where: str, columns: list[Column]) -> int:
     )
 
 
-def seconds(where: str, column: Column, first_row: int) -> tuple[FloatArray, list[str]]:
-    """Times of a column [s], and what was done to get them.
+def seconds(where: str, column: Column, first_row: int) -> tuple[FloatArray, list[str], float | None]:
+    """Times of a column [s], what was done to get them, and the date they are counted from [s since 1970, UTC].
 
     Time stamps and dates in seconds since 1970 are counted from the first sample.
 
@@ -72,8 +72,8 @@ def seconds(where: str, column: Column, first_row: int) -> tuple[FloatArray, lis
         start = float(finite[0])
         # the difference first: milliseconds since 1970 have no bits to spare for a factor
         note = f"time begins at {start:.16g} {column.unit}, a date: counted from there"
-        return (values - start) * factor, [note]
-    return values * factor, []
+        return (values - start) * factor, [note], start * factor
+    return values * factor, [], None
 
 
 def _is_time(unit: str | None) -> bool:
@@ -83,7 +83,7 @@ def _is_time(unit: str | None) -> bool:
         return False
 
 
-def _from_stamps(where: str, column: Column, first_row: int) -> tuple[FloatArray, list[str]]:
+def _from_stamps(where: str, column: Column, first_row: int) -> tuple[FloatArray, list[str], float | None]:
     import pandas as pd
 
     cells = pd.Series(column.values, dtype=object).str.replace(",", ".")  # the decimals of seconds
@@ -101,12 +101,13 @@ def _from_stamps(where: str, column: Column, first_row: int) -> tuple[FloatArray
             "-- write it so, since days and months cannot be told apart otherwise"
         ) from None
     if not len(stamps) or stamps.isna().iloc[0]:
-        return np.full(len(stamps), np.nan), []
+        return np.full(len(stamps), np.nan), [], None
     elapsed = stamps - stamps.iloc[0]
     times = elapsed.to_numpy(dtype="timedelta64[ns]")
     # whole nanoseconds over 1e9 are the nearest number to what the decimals say
     values = np.where(np.isnat(times), np.nan, times.astype(np.int64) / 1e9)
-    return values, [f"time stamps, counted from the first, {column.values[0]}"]
+    begins = None if of_day else stamps.iloc[0].timestamp()
+    return values, [f"time stamps, counted from the first, {column.values[0]}"], begins
 
 
 def _is_iso(cell: object, of_day: bool) -> bool:

@@ -148,16 +148,17 @@ def _text(name: str, meaning: str, unit: str, kind: str, names: Sequence[str], d
         whole = drift.slope * (len(names) - 1) if drift.form == "trend and jump" else total_change
         each = f"{show(drift.slope, 2)} per run, 95 % interval {show(low, 2)} to {show(high, 2)}"
         parts.append(f"{_change(whole, drift.begin, kind, unit, ('grows', 'falls'))} over the {count} ({each})")
-    if drift.jump is not None and drift.jump_between is not None and drift.jump_interval is not None:
-        before, after = (names[k] for k in drift.jump_between)
-        low, high = sorted(drift.jump_interval)
+    for jump in drift.jumps:
+        before, after = (names[k] for k in jump.between)
+        low, high = sorted(jump.interval)
         parts.append(
-            f"{_change(drift.jump, drift.begin, kind, unit, ('jumps up', 'jumps down'))} between "
+            f"{_change(jump.size, drift.fitted[jump.between[0]], kind, unit, ('jumps up', 'jumps down'))} between "
             f"{before} and {after} (95 % interval {show(low, 2)} to {show(high, 2)})"
         )
-    up = (drift.slope if drift.form == "trend" else drift.jump or 0.0) * drift.begin > 0.0
+    up = (drift.slope if drift.form == "trend" else sum(jump.size for jump in drift.jumps)) * drift.begin > 0.0
     cause = _cause(kind, meaning, drift.form, up)
-    return f"{name} ({meaning}) {' and '.join(parts)}{': ' if cause else ''}{cause}"
+    what = " and ".join(filter(None, (", ".join(parts[:-1]), parts[-1])))
+    return f"{name} ({meaning}) {what}{': ' if cause else ''}{cause}"
 
 
 def _shown(value: float, unit: str) -> str:
@@ -165,7 +166,7 @@ def _shown(value: float, unit: str) -> str:
 
 
 def _change(change: float, begin: float, kind: str, unit: str, words: tuple[str, str]) -> str:
-    """A change in words: of a parameter as a part of its first value, of its size where it is negative."""
+    """A change in words: of a parameter as a part of its value before, of its size where it is negative."""
     if kind == "offset" or abs(begin) < abs(change) * 1e-2:
         return f"{words[change < 0.0]} by {_shown(abs(change), unit)}"
     return f"{words[change * begin < 0.0]} by {100.0 * abs(change / begin):.2g} %"

@@ -13,6 +13,7 @@ from ..report import Band, Figure, Line, Section, Table, write_report
 from ..report.panel import Panel, Points
 from .follow import TrackedRun
 from .life import Series
+from .order import ORDERS
 
 
 def life_figure(series: Sequence[Series], runs: Sequence[TrackedRun], title: str) -> Figure:
@@ -22,7 +23,7 @@ def life_figure(series: Sequence[Series], runs: Sequence[TrackedRun], title: str
 
 def write_life(
     path: Path, title: str, series: Sequence[Series], runs: Sequence[TrackedRun], summary: str,
-    provenance: Mapping[str, str],
+    by: str, provenance: Mapping[str, str],
 ) -> Path:  # fmt: skip
     """Write the page and return its path.
 
@@ -36,6 +37,8 @@ def write_life(
         In time order.
     summary : str
         The answer in a sentence or two.
+    by : str
+        What the runs are ordered by.
     provenance : mapping of str to str
     """
     moving = [one for one in series if one.moves]
@@ -51,9 +54,10 @@ def write_life(
     ]
     units = {one.name.removeprefix("error of "): _show(one).unit for one in series if one.kind == "error"}
     error_heading = ["", "run", *(f"{c} [{units[c]}], {side}" for c in runs[0].rmse for side in ("card", "refitted"))]
+    order = ORDERS.get(by, f"of {by} at their beginning")
     text = (
-        "Each point is a fit to one run alone with its 95 % interval, the line is the form found: steady, trend, jump, "
-        "or both. Runs are numbered in the order they were given. A cause is what such a change is usual for, not "
+        "Each point is a fit to one run alone with its 95 % interval, the line is the form found: steady, trend, "
+        f"jumps, or both. Runs are numbered in the order {order}. A cause is what such a change is usual for, not "
         "proven by these runs."
     )
     sections = [

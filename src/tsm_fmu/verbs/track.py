@@ -18,6 +18,7 @@ from ..regression.specification import fit_run, measured_channels, per_run_field
 from ..report.text import text_table
 from ..tracking.follow import TrackedRun, followed, followed_fields
 from ..tracking.life import Series, check_count, series_of
+from ..tracking.order import GIVEN, order_note, ordered
 from .models import ModelLike, ResolvedModel, resolve_model
 from .runs import RunLike, records_of
 
@@ -43,6 +44,8 @@ class TrackResult:
         What each tracked parameter, each run's offset and the error of each channel does over the runs.
     sources : mapping of str to str
         Digest of each run's file.
+    by : str
+        What they are ordered by: ``given``, ``name``, ``start``, or a column.
     notes : tuple of str
         What was derived, and which options had no effect.
     """
@@ -52,6 +55,7 @@ class TrackResult:
     runs: tuple[TrackedRun, ...]
     series: tuple[Series, ...]
     sources: dict[str, str]
+    by: str
     notes: tuple[str, ...]
 
     @property
@@ -74,11 +78,11 @@ class TrackResult:
             if (d := one.drift) is None:
                 rows.append((one.name, "too few runs", "", "", "", "", ""))
                 continue
-            jump = "" if d.jump is None else show(d.jump)
+            jump = ", ".join(show(one_jump.size) for one_jump in d.jumps)
             rows.append(
                 (one.name, d.form, show(d.begin, 4), show(d.end, 4), jump, f"{d.p_trend:.2g}", f"{d.p_jump:.2g}")
             )
-        heading = ("value", "over the runs", "begin", "end", "jump", "p of a trend", "p of a jump")
+        heading = ("value", "over the runs", "begin", "end", "jumps", "p of a trend", "p of a jump")
         title = f"{self.model} over {len(self.runs)} runs, {self.runs[0].name} to {self.runs[-1].name}"
         return "\n".join([*self.notes, text_table(heading, rows, title), "", *(f"{one.text}." for one in self.series)])
 
@@ -124,6 +128,7 @@ class TrackResult:
             {
                 "model": self.model,
                 "tracked": self.tracked,
+                "by": self.by,
                 "moving": self.moving,
                 "answer": self.answer,
                 "series": {one.name: {k: v for k, v in vars(one).items() if k != "name"} for one in self.series},
@@ -149,7 +154,7 @@ class TrackResult:
         write_whole(place / "track.csv", self.to_frame().to_csv(index=False))
         sources = {f"run {k}, {name}": f"SHA-256 {sha}" for k, (name, sha) in enumerate(self.sources.items(), 1) if sha}
         title = f"{self.model} over {len(self.runs)} runs"
-        write_life(place / "report.html", title, self.series, self.runs, self.answer, sources)
+        write_life(place / "report.html", title, self.series, self.runs, self.answer, self.by, sources)
         return place
 
     def _repr_html_(self) -> str:
@@ -161,6 +166,7 @@ def track(
     runs: Sequence[RunLike],
     *,
     free: Sequence[str] = (),
+    by: str = GIVEN,
     cutoff: float | None = None,
     out: str | os.PathLike[str] | None = None,
     progress: Callable[[str], None] | None = None,
@@ -174,10 +180,13 @@ def track(
     card : path, ModelCard or result
         A fitted model, also with effects.
     runs : sequence of path, Record or DataFrame
-        Five or more, in time order.
+        Five or more.
     free : sequence of str
         Parameters to follow; without it those that have a standard error in the card and that single runs tell to a
         tenth of their value.
+    by : str
+        Order of the runs in time: ``given``; ``name``, numbers in it by their value; ``start``, the date at which each
+        begins; or the first value of a column.
     cutoff : float, optional
         Cut-off [Hz] where v and a are derived from x; from the data without it.
     out : path, optional
@@ -192,7 +201,7 @@ def track(
     Raises
     ------
     InputError
-        No card, unknown parameters, fewer than five runs, runs that cannot be read or do not fit the model.
+        No card, unknown parameters, fewer than five runs, runs that cannot be read, ordered or do not fit the model.
     """
     resolved = resolve_model(card)
     if resolved.card is None:
@@ -205,7 +214,7 @@ def track(
     kernel = resolved.kernel
     per_run = per_run_fields(kernel)
     followed_names = _followed(resolved, free, per_run)
-    records = records_of(runs)
+    records = ordered(records_of(runs), by)
     check_count(len(records))
     channels = measured_channels(kernel, records)
     fit_runs = [fit_run(kernel, record, channels, cutoff) for record in records]
@@ -224,7 +233,8 @@ def track(
             tuple(found),
             series_of(kernel, resolved.effects, tracked, found, units),
             {record.name: record.sha256 for record in records[: len(found)]},
-            (*notes, *cutoff_note(cutoff, records, [v.name for v in kernel.inputs])),
+            by,
+            (*notes, *order_note(records, by), *cutoff_note(cutoff, records, [v.name for v in kernel.inputs])),
         )
 
     found: list[TrackedRun] = []
