@@ -36,6 +36,12 @@ def late(y: FloatArray, t: FloatArray, delay: FloatArray | float) -> FloatArray:
     return np.interp(t - delay, t, y)
 
 
+def filtered(y: FloatArray, step: float, tau: float) -> FloatArray:
+    """The signal after two lags in series, one much shorter."""
+    once = lag(y, step, max(tau, 1e-6), y[0])
+    return lag(once, step, max(0.15 * tau, 1e-6), once[0])
+
+
 # -- friction
 
 
@@ -164,9 +170,8 @@ def relaxing_sheath(s: Signals, amount: float) -> None:
 
 @_form("sensor_lag")
 def filtered_load_cell(s: Signals, amount: float) -> None:
-    """Two lags in series, one much shorter."""
-    once = lag(s.friction, s.step, max(amount, 1e-6), s.friction[0])
-    s.friction = lag(once, s.step, max(0.15 * amount, 1e-6), once[0])
+    """A load cell behind two lags in series, one much shorter."""
+    s.friction = filtered(s.friction, s.step, amount)
 
 
 @_form("delay")
@@ -234,9 +239,8 @@ def late_encoder(s: Signals, amount: float) -> None:
 
 @_form("sensor_lag")
 def filtered_encoder(s: Signals, amount: float) -> None:
-    """Two lags in series, one much shorter."""
-    once = lag(s.x_out, s.step, max(amount, 1e-6), s.x_out[0])
-    s.x_out = lag(once, s.step, max(0.15 * amount, 1e-6), once[0])
+    """An encoder behind two lags in series, one much shorter."""
+    s.x_out = filtered(s.x_out, s.step, amount)
 
 
 @_form("quantisation")

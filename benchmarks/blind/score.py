@@ -204,9 +204,13 @@ def risk_coverage(results: Iterable[Scored]) -> list[tuple[float, float]]:
     The most certain answers come first; a case counts as wrong if any of its names is.
     """
     results = [r for r in results if (r.truth and r.stratum != "G") or r.stratum == "E"]
-    given = sorted((r for r in results if r.named), key=lambda r: -r.confidence)
+    return curve_of([(r.confidence, r.wrong > 0) for r in results if r.named], len(results))
+
+
+def curve_of(answers: Iterable[tuple[float, bool]], cases: int) -> list[tuple[float, float]]:
+    """Coverage and share of wrong ones of answers (how sure, whether wrong), out of all cases."""
     wrong, curve = 0, []
-    for k, r in enumerate(given, 1):
-        wrong += bool(r.wrong)
-        curve.append((k / len(results), wrong / k))
+    for k, (_, failed) in enumerate(sorted(answers, key=lambda answer: -answer[0]), 1):
+        wrong += failed
+        curve.append((k / cases, wrong / k))
     return curve

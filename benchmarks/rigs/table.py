@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from statistics import median
 
-from ..blind.score import Rate, wilson
+from ..blind.score import Rate, curve_of, wilson
 from ..blind.table import rate_lines
 from .outcome import Outcome, as_scored
 
@@ -104,12 +104,7 @@ def scorer_lines(rows: Sequence[Outcome]) -> Iterator[str]:
 def risk_coverage(rows: Sequence[Outcome]) -> list[tuple[float, float]]:
     """Coverage and share of wrong answers as the margin asked for falls, over the cases in which something shows."""
     shown = [r for r in rows if r.kind in ("effect", "outside")]
-    given = sorted((r for r in shown if r.named), key=lambda r: -r.margin)
-    wrong, curve = 0, []
-    for k, r in enumerate(given, 1):
-        wrong += bool(r.wrong)
-        curve.append((k / len(shown), wrong / k))
-    return curve
+    return curve_of([(r.margin, r.wrong > 0) for r in shown if r.named], len(shown))
 
 
 def calibration(rows: Sequence[Outcome]) -> list[tuple[float, float, int, int]]:

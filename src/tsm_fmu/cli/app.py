@@ -124,6 +124,25 @@ def print_json(value: Mapping[str, Any]) -> None:
     typer.echo(json.dumps(finite(value), indent=2))
 
 
+def print_result(result: Any, lines: Sequence[str], as_json: bool) -> None:
+    """Write ``lines`` on stderr; then the result as one JSON object, or its summary and where its files are."""
+    for line in lines:
+        typer.echo(line, err=True)
+    if as_json:
+        print_json(result.as_json())
+    else:
+        typer.echo(f"{result.summary()}\nresults {result.results}\nreport  {result.report}")
+
+
+def refuse_failures(result: Any, all_of_them: Sequence[object], what: str) -> None:
+    """End with exit code 2 where some of many failed; the others are kept."""
+    if result.failures:
+        raise InputError(
+            f"{len(result.failures)} of {len(all_of_them)} {what} failed -- expected none -- see the lines above; the "
+            f"others are in {result.results}"
+        )
+
+
 def settings(pairs: Sequence[str], option: str = "--set") -> dict[str, str]:
     """Split repeated ``name=value`` options.
 

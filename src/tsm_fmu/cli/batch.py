@@ -7,8 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from ..models.contract import InputError
-from .app import AsJson, app, print_json
+from .app import AsJson, app, print_result, refuse_failures
 from .systems import Scheduler, Workers
 
 
@@ -37,14 +36,5 @@ def batch(
         verb, model, table, out=out, workers=workers, scheduler=scheduler, progress=not as_json,
         notes=lambda line: typer.echo(line, err=True), **options,
     )  # fmt: skip
-    for line in result.failures:
-        typer.echo(line, err=True)
-    if as_json:
-        print_json(result.as_json())
-    else:
-        typer.echo(f"{result.summary()}\nresults {result.results}\nreport  {result.report}")
-    if result.failures:
-        raise InputError(
-            f"{len(result.failures)} of {len(result.rigs)} rigs failed -- expected none -- see the lines above; the "
-            f"others are in {result.results}"
-        )
+    print_result(result, result.failures, as_json)
+    refuse_failures(result, result.rigs, "rigs")

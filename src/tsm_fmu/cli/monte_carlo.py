@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from .app import AsJson, app, print_json, settings
+from .app import AsJson, app, print_result, settings
 from .systems import (
     TIME_LIMIT,
     Case,
@@ -61,9 +61,4 @@ def monte_carlo(
         step_error=step_error, workers=workers, scheduler=scheduler, progress=not as_json,
         notes=lambda line: typer.echo(line, err=True),
     )  # fmt: skip
-    for line in result.failures:
-        typer.echo(line, err=True)
-    if as_json:
-        print_json(result.as_json())
-    else:
-        typer.echo(f"{result.summary()}\nresults {result.results}\nreport  {result.report}")
+    print_result(result, result.failures, as_json)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import typer
-
-from .app import AsJson, app, print_json, settings
+from .app import AsJson, app, print_result, settings
 from .systems import (
     TIME_LIMIT,
     Case,
@@ -44,9 +42,4 @@ def run(
         isolate=isolate,
         time_limit=time_limit, step_error=step_error, progress=not as_json,
     )  # fmt: skip
-    for line in result.messages:
-        typer.echo(line, err=True)
-    if as_json:
-        print_json(result.as_json())
-    else:
-        typer.echo(f"{result.summary()}\nresults {result.results}\nreport  {result.report}")
+    print_result(result, result.messages, as_json)

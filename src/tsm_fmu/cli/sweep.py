@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from ..models.contract import InputError
-from .app import AsJson, app, print_json, settings
+from .app import AsJson, app, print_result, refuse_failures, settings
 from .systems import (
     TIME_LIMIT,
     Case,
@@ -66,17 +66,8 @@ def sweep(
         time_limit=time_limit, step_error=step_error, progress=not as_json,
         notes=lambda line: typer.echo(line, err=True),
     )  # fmt: skip
-    for line in result.failures:
-        typer.echo(line, err=True)
-    if as_json:
-        print_json(result.as_json())
-    else:
-        typer.echo(f"{result.summary()}\nresults {result.results}\nreport  {result.report}")
-    if result.failures:
-        raise InputError(
-            f"{len(result.failures)} of {len(result.points)} points failed -- expected none -- see the lines above; "
-            f"the others are in {result.results}"
-        )
+    print_result(result, result.failures, as_json)
+    refuse_failures(result, result.points, "points")
 
 
 def _varied(texts: Sequence[str]) -> dict[str, Sequence[float | str]]:
