@@ -126,7 +126,7 @@ def simulate_system(
     selection = select(wiring, record)
     with ExitStack() as stack:
         instances = _instantiate(wiring, selection, stack, processes, stimuli)
-        notes = (*system.notes, *(_said(loop, loops) for loop in plan.loops), *left_out(wiring, record))
+        notes = (*system.notes, *(_loop_note(loop, loops) for loop in plan.loops), *left_out(wiring, record))
         recorder = Recorder(selection, instances, 2 + steps // decimation, notes)
         order = [instances[name] for name in plan.components]
         transfers = {name: transfers_to(name, wiring, instances) for name in instances}
@@ -193,7 +193,7 @@ def _interpreted(advance: Advance, order: Sequence[FmuInstance], recorder: Recor
     return run
 
 
-def _said(loop: AlgebraicLoop, loops: str) -> str:
+def _loop_note(loop: AlgebraicLoop, loops: str) -> str:
     if loops == "iterate":
         return f"{loop}: iterated in each step"
     return f"{loop}: one step late at {', '.join('.'.join(link.target) for link in loop.late)}"

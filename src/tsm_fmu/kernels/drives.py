@@ -68,12 +68,12 @@ def read_drives(text: str, module: ModuleType) -> tuple[Drive, ...]:
     """
     asked, found = module.Inputs._fields, {}
     for item in filter(None, text.split(",")):
-        said, _, rest = item.rpartition("=")
+        role, _, rest = item.rpartition("=")
         column, _, unit = rest.partition("[")
         unit = unit.removesuffix("]") or _known_units().get(column, "")
         if not unit:
             raise InputError(f"column {column!r} that drives {module.NAME} -- expected its unit -- write {column}[N]")
-        role = said or implied_role(unit, asked)
+        role = role or implied_role(unit, asked)
         if ROLES.get(role) not in asked:
             takes = " or ".join(r for r, signal in ROLES.items() if signal in asked) or "nothing measured"
             raise InputError(
