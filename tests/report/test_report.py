@@ -2,15 +2,17 @@
 
 import base64
 import gzip
+import io
 import json
 import re
 
 import numpy as np
 import pytest
+from PIL import Image
 
-from tests.browser import LARGEST, assert_readable, needs_chromium
+from tests.browser import LARGEST, assert_readable, needs_chromium, opened
 from tsm_fmu import InputError
-from tsm_fmu.report import Line, Section, Table, loop_figure, time_figure, write_report
+from tsm_fmu.report import Line, Section, Table, bar_figure, loop_figure, time_figure, write_report
 from tsm_fmu.report.draw import legend, thinned
 from tsm_fmu.report.panel import Panel
 
@@ -138,3 +140,15 @@ def test_what_is_drawn_is_what_was_given_to_a_pixel(tmp_path, offset):
 def test_a_browser_draws_every_figure_offline_on_a_phone_and_in_the_dark(page, dark):
     seen = assert_readable(page, dark=dark)
     assert seen["frames"] == 2
+
+
+@needs_chromium
+def test_numbers_at_bars_are_as_light_as_the_text_in_the_dark(tmp_path):
+    """Nothing else inside the frame of bars is lighter than the axes."""
+    path = bar_figure({"F": {"as given": 0.137, "refitted": 0.0713}}, "Error (RMS)").write(tmp_path / "bars.html")
+    with opened(path, dark=True) as window:
+        window.wait_for_function("document.querySelector('[data-plot]').dataset.drawn")
+        window.wait_for_timeout(500)
+        shot = window.locator("[data-plot]").screenshot()
+    lightest = np.asarray(Image.open(io.BytesIO(shot)).convert("L")).max()
+    assert lightest > 215, "the text is e3e8ed, the axes a3afba"

@@ -16,11 +16,20 @@
   document.head.append(library);
   const items = JSON.parse(await unpack("plot-items"));
   const views = new Map();
+  const parts = manager => {
+    const found = (manager?.roots ?? []).map(root => root.model);
+    // a layout has children, some of them with their place in a grid
+    for (const part of found) found.push(...(part.children ?? []).map(child => Array.isArray(child) ? child[0] : child));
+    return found;
+  };
   const draw = async frame => {
     if (views.has(frame)) return;
     views.set(frame, null);
     const manager = await Bokeh.embed.embed_item(items[frame.dataset.plot], frame);
     views.set(frame, manager);
+    const ink = { value: getComputedStyle(frame).getPropertyValue("--ink").trim() };
+    for (const part of parts(manager)) for (const label of part.center ?? [])
+      if (label.type === "LabelSet") label.text_color = ink;  // the style's text colour does not reach sets of labels
     frame.dataset.drawn = "yes";
     if (matchMedia("(pointer: fine)").matches)
       for (const root of manager.roots) for (const tool of root.model.toolbar?.tools ?? [])
@@ -49,10 +58,7 @@
       const shown = button.getAttribute("aria-pressed") !== "true";
       button.setAttribute("aria-pressed", String(shown));
       const manager = views.get(button.closest("figure").querySelector("[data-plot]"));
-      const parts = (manager?.roots ?? []).map((root) => root.model);
-      for (const part of parts) {
-        // a layout has children, some of them with their place in a grid
-        parts.push(...(part.children ?? []).map((child) => (Array.isArray(child) ? child[0] : child)));
+      for (const part of parts(manager)) {
         for (const renderer of part.renderers ?? [])
           if (renderer.name === button.dataset.shows) renderer.visible = shown;
       }
