@@ -12,6 +12,7 @@ import tsm_fmu as tsm
 from tsm_fmu.diagnosis import workflow
 from tsm_fmu.diagnosis.answer.improvement import improvement_of
 from tsm_fmu.diagnosis.choice.path import Stop, way_to_a_better_model
+from tsm_fmu.diagnosis.fits.refit import as_given, refit
 from tsm_fmu.diagnosis.improved import ImprovedModel
 from tsm_fmu.diagnosis.result import Diagnosis
 from tsm_fmu.diagnosis.runs.prepared import PreparedRuns, prepared
@@ -62,6 +63,24 @@ def test_law_that_is_lacking_comes_in_and_zeros_have_their_size() -> None:
     assert "useful, not named" in improved.text.lower()
 
 
+def test_way_goes_on_from_an_answer_that_leaves_less_and_drops_what_is_idle_in_it() -> None:
+    runs = runs_of(0.31)
+    task = task_of(runs, {}, None, ())
+    plain = as_given(task, ())
+    answer = refit(task, ("stiffness_hardening@x_out", "sensor_lag@x_out"), plain.values)
+    way = way_to_a_better_model(runs.model, task, (), answer=answer)
+    assert way[1].added == "stiffness_hardening@x_out and sensor_lag@x_out"
+    assert way[-1].fitted.effects == way_of(0.31)[0][-1].fitted.effects
+    assert way[-1].left_out_rms == pytest.approx(way_of(0.31)[0][-1].left_out_rms, rel=0.02)
+
+
+def test_answer_that_leaves_no_less_is_not_begun_from() -> None:
+    runs = runs_of(0.0)
+    task = task_of(runs, {}, None, ())
+    idle = refit(task, ("sensor_lag@x_out",), as_given(task, ()).values)
+    assert [stop.added for stop in way_to_a_better_model(runs.model, task, (), answer=idle)] == [""]
+
+
 def test_a_step_that_holds_on_the_samples_of_the_search_alone_is_left_out() -> None:
     way, improved = way_of(0.31)
     worse = replace(way[-1], added="sensor_lag@x_out", fitted=way[0].fitted)
@@ -90,8 +109,9 @@ def test_interruption_on_the_way_keeps_the_diagnosis(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(workflow, "way_to_a_better_model", interrupted)
     runs = prepared(MODEL, [rig_run("a", 1, -1.2, 0.0), rig_run("b", 2, -1.2, 0.0)], [], [], None)
+    task = task_of(runs, {}, None, ())
     found = workflow._improved(
-        Diagnosis("unknown", answer="as before"), runs, task_of(runs, {}, None, ()), (), lambda _: None
+        Diagnosis("unknown", answer="as before"), runs, task, as_given(task, ()), (), lambda _: None
     )
     assert found.answer == "as before"
     assert found.improved is None

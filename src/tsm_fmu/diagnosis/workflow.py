@@ -152,15 +152,16 @@ def diagnose(
         raise DiagnosisInterrupted(card_of(stopped.refitted, tuple(used), preset or "", seed, False)) from None
     progress("locate")
     diagnosis = _described(found, checked, measured, tuple(used), records, preset or "", seed)
-    return _improved(diagnosis, runs, task, tuple(used), progress) if improve else diagnosis
+    return _improved(diagnosis, runs, task, found.verdict.final, tuple(used), progress) if improve else diagnosis
 
 
 def _improved(
-    diagnosis: Diagnosis, runs: PreparedRuns, task: Task, used: tuple[RecordUsed, ...], progress: Progress
-) -> Diagnosis:
+    diagnosis: Diagnosis, runs: PreparedRuns, task: Task, final: Fitted, used: tuple[RecordUsed, ...],
+    progress: Progress,
+) -> Diagnosis:  # fmt: skip
     """With the model that predicts best; Ctrl-C on the way there keeps the diagnosis."""
     try:
-        way = way_to_a_better_model(runs.model, task, runs.effects, progress)
+        way = way_to_a_better_model(runs.model, task, runs.effects, progress, final)
     except KeyboardInterrupt:
         note = "interrupted on the way to a better model: none is given"
         return replace(diagnosis, notes=(*diagnosis.notes, note))

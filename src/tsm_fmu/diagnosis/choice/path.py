@@ -46,8 +46,8 @@ class Stop:
     Attributes
     ----------
     added : str
-        What was added last: an effect as ``id`` or ``id@channel``, or ``parameter = value`` of a model's choice; empty
-        at the start.
+        What was added last: an effect as ``id`` or ``id@channel``, those of the answer joined by "and", or ``parameter
+        = value`` of a model's choice; empty at the start.
     fitted : Fitted
     left_out : tuple of ndarray, shape (channels,)
         Mean square on each run when it was left out.
@@ -85,9 +85,10 @@ class Stop:
 
 
 def way_to_a_better_model(
-    model: Kernel, task: Task, effects: Sequence[str], progress: Callable[[str], None] = lambda _: None
-) -> list[Stop]:
-    """The stops of the way, first the model refitted.
+    model: Kernel, task: Task, effects: Sequence[str], progress: Callable[[str], None] = lambda _: None,
+    answer: Fitted | None = None,
+) -> list[Stop]:  # fmt: skip
+    """The stops of the way, first the model refitted; then that of the answer, where it leaves less.
 
     Parameters
     ----------
@@ -99,9 +100,16 @@ def way_to_a_better_model(
         That the model has already.
     progress : callable
         Given what is being done.
+    answer : Fitted, optional
+        The model of a diagnosis' answer.
     """
     progress("way to a better model: the model refitted")
     way = [_first(task, effects)]
+    if answer is not None and set(answer.effects) - set(effects):
+        progress("way to a better model: the model of the answer")
+        named = _of_answer(way[0], answer)
+        if named.is_worth_more_than(way[0]):
+            way.append(named)
     while len(way) <= MOST_STEPS:
         progress(f"way to a better model: step {len(way)}")
         best = _next(model, way[-1])
@@ -114,8 +122,8 @@ def way_to_a_better_model(
 def _without_idle(way: Sequence[Stop], progress: Callable[[str], None]) -> list[Stop]:
     """The way, and at its end the model without the effects that later ones made idle, refitted to the end."""
     last = way[-1]
-    added = [stop.added for stop in way[1:-1] if stop.added in last.fitted.effects]
-    for spec in added:
+    earlier = [e for e in last.fitted.effects if e not in way[0].fitted.effects and e != last.added]
+    for spec in earlier:
         progress(f"way to a better model: without {spec}")
         effects = [e for e in last.fitted.effects if e != spec]
         less = refit(last.fitted.task, effects, last.fitted.values, per_run_values=last.fitted.per_run)
@@ -131,6 +139,15 @@ def _first(task: Task, effects: Sequence[str]) -> Stop:
     """The model refitted, whatever values it was given: a poor start would be mended by effects."""
     plain = _reweighted(refitted_model(task, effects), LAST_STEPS)
     return _judged("", plain)
+
+
+def _of_answer(first: Stop, answer: Fitted) -> Stop:
+    """The model of the answer; what each run has of its own is what the model gives it: another's zero is not known."""
+    task = first.fitted.task.limited(answer.task.limits)
+    own = {name: values for name, values in answer.per_run.items() if name in first.fitted.per_run}
+    begun = refit(task, answer.effects, answer.values, per_run_values=own)
+    added = [e for e in answer.effects if e not in first.fitted.effects]
+    return _judged(" and ".join(added), _reweighted(begun, FURTHER_STEPS))
 
 
 def _reweighted(fitted: Fitted, steps: int) -> Fitted:
