@@ -102,6 +102,7 @@ def test_paths_that_are_no_logs(tmp_path, capfd, monkeypatch):
         said = capfd.readouterr().err
         assert message in said or "expected a known user" in said
         assert said.count("\n") == 1
+        assert said.count(" -- ") == 2
     assert run(["check", "~/own.csv"]) == 0
     for times in ("0,1\n1e300,2\n2e300,1\n", "0,1\n1e-300,2\n2e-300,1\n"):
         (tmp_path / "own.csv").write_text("time [s],x_in [rad]\n" + times)

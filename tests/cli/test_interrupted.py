@@ -1,5 +1,6 @@
 """Ends at random moments of each verb: no half file that reads as good, no traceback, and the next run works."""
 
+import csv
 import json
 import multiprocessing
 import os
@@ -31,11 +32,27 @@ LINES = {
     "export": "export card.toml --flavour python --out new/unit.fmu",
     "run": "run theirs.ssp --stop 0.2 --out new",
     "report": "report new",
+    "sweep": "sweep theirs.ssp --stop 0.2 --vary unit.x_0=0.01:0.02:3 --workers 1 --out new",
+    "monte-carlo": "monte-carlo theirs.ssp --card unit=card.toml --signal unit.x_out --stop 0.2 --draws 5 --workers 1 "
+    "--out new",
+    "linearize": "linearize theirs.ssp --at 0.1 --input unit.x_in --output unit.x_out --out new",
+    "step-study": "step-study theirs.ssp --stop 0.1 --halvings 2",
+    "track": "track card.toml log.csv log1.csv log2.csv log3.csv log4.csv --out new",
+    "batch": f"batch identify {MODEL} --table rigs.csv --workers 1 --out new",
+    "app": "app --no-browser --port 0",
     "diagnose": f"diagnose {MODEL} --measured log.csv --out new",
     "demo": "demo --out new",
     "reproduce": "reproduce --paper mmt2015 --quick --out new",
 }
-LONG = {"diagnose": 6.0, "demo": 4.0, "reproduce": 4.0}
+LONG = {
+    "monte-carlo": 1.5,
+    "linearize": 1.0,
+    "step-study": 0.8,
+    "app": 1.5,
+    "diagnose": 6.0,
+    "demo": 4.0,
+    "reproduce": 4.0,
+}
 """Verbs that only begin here; seconds of which a moment is drawn. What they keep is tested where they are."""
 
 
@@ -78,6 +95,10 @@ def assert_whole(folder):
             json.loads(path.read_text())
         elif path.name.startswith("card"):
             tsm.read_card(path)
+        elif path.name == "track.csv":  # words among its numbers
+            *rows, end = path.read_text().split("\n")
+            assert end == ""
+            assert len({len(row) for row in csv.reader(rows)}) == 1
         elif path.suffix in (".csv", ".parquet") and "claims" not in path.name:
             assert read_table(path).columns[0].values.size > 1
         elif path.suffix == ".html":
@@ -97,8 +118,11 @@ def test_an_end_at_any_moment_leaves_no_half_file_and_the_next_run_is_the_same(l
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     draw = random.Random(f"moments of {verb}")
     line, said = LINES[verb], tmp_path / "said.txt"
-    for name in ("log.csv", "card.toml", "theirs.ssp"):
+    for name in ("log.csv", "card.toml", "theirs.ssp", "rigs.csv"):
         (tmp_path / name).write_bytes((lab / name).read_bytes())
+    head, *rows = (lab / "log.csv").read_text().splitlines(keepends=True)
+    for cut in range(1, 5):
+        (tmp_path / f"log{cut}.csv").write_text(head + "".join(rows[cut:]))
     new = tmp_path / "new"
     new.mkdir()
     if verb == "report":

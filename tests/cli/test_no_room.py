@@ -45,7 +45,7 @@ def lab(tmp_path_factory):
     fmu = tsm.export(found, folder / "unit.fmu", flavour="python")
     case = System((Component("unit", Path(fmu), {}),), (), "theirs"), Experiment(stop=0.1, step=0.01)
     write_ssp(folder / "theirs.ssp", case)
-    (folder / "rigs.csv").write_text("rig,measured\na,log.csv\n")
+    (folder / "rigs.csv").write_text("rig,measured\na,log.csv\nb,log.csv\n")
     (folder / "results").mkdir()
     found.write_card(folder / "results" / "card.toml")
     return folder

@@ -7,6 +7,7 @@ import pytest
 
 from tsm_fmu.cli.app import run
 from tsm_fmu.logs.record import read_record
+from tsm_fmu.verbs.check import propose
 
 
 @pytest.fixture
@@ -49,3 +50,24 @@ def test_a_log_that_says_all_leaves_nothing_to_guess(tmp_path, capsys):
     said = capsys.readouterr().out
     assert "a guess:" not in said
     assert said.count("the log says so") == 3
+
+
+@pytest.mark.parametrize(
+    ("head", "model", "expected"),
+    [
+        ("time [s],motor_angle [deg],load_angle [deg]", "PairedTsmBacklash", ("x_in", "x_out")),
+        ("Zeit [s],Lastwinkel [°],Motorwinkel [°]", "PairedTsmBacklash", ("x_out", "x_in")),
+        ("Zeit [s],Antriebslage [rad],abtrieb_winkel [rad]", "TendonDrive", ("x_in", "x_out")),
+        ("t [s],motorAngle [deg],loadTorque [N.m]", "LebusTransmission", ("theta_in", "tau_load")),
+        ("t [s],encoder [deg],x_h [deg]", "PairedTsmBacklash", ("x_in", "x_h")),
+        ("t [s],velocity [m/s],load cell [N]", "LuGreFriction", ("v", "F")),
+    ],
+)  # fmt: skip
+def test_words_of_the_lab_find_their_variable(tmp_path, head, model, expected):
+    path = tmp_path / "own.csv"
+    t = np.arange(50) / 50.0
+    rows = zip(t, np.sin(7.1 * t), np.cos(11.3 * t), strict=True)
+    path.write_text(head + "\n" + "".join(",".join(f"{v:.6f}" for v in row) + "\n" for row in rows))
+    found = propose(path, model)
+    names = {guess.column: guess.name for guess in found.guesses}
+    assert tuple(names.get(cell.partition(" [")[0]) for cell in head.split(",")) == ("time", *expected)

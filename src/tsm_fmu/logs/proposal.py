@@ -16,16 +16,26 @@ from .units import read_unit, same_quantity
 
 __all__ = ["Guess", "Proposal", "propose_mapping"]
 
+_ANGLES = (
+    "angle", "pos", "position", "enc", "encoder", "winkel", "lage", "weg", "displacement", "theta", "phi", "x", "q",
+)  # fmt: skip
+_SPEEDS = ("speed", "vel", "velocity", "omega", "rpm", "drehzahl", "geschwindigkeit", "vitesse", "v")
 _SENSES = {
-    "x": ("angle", "pos", "position", "theta", "phi", "enc", "encoder", "winkel", "weg", "displacement", "x", "q"),
-    "v": ("speed", "vel", "velocity", "omega", "rpm", "v"),
-    "tau": ("torque", "moment", "drehmoment", "tau", "nm"),
-    "F": ("force", "tension", "load", "kraft", "f"),
+    "rad": _ANGLES,
+    "m": _ANGLES,
+    "rad/s": _SPEEDS,
+    "m/s": _SPEEDS,
+    "N.m": ("torque", "moment", "drehmoment", "couple", "tau", "nm"),
+    "N": ("force", "tension", "load", "kraft", "f"),
 }  # fmt: skip
+"""Words for a quantity, by its SI unit."""
 _SIDES = {
-    "in": ("in", "input", "motor", "drive", "proximal", "prox", "actuator", "m", "motorside"),
-    "out": ("out", "output", "joint", "distal", "tip", "end", "link", "loadside", "tool"),
-}
+    "in": ("in", "input", "motor", "moteur", "drive", "antrieb", "proximal", "prox", "actuator", "m", "motorside"),
+    "out": (
+        "out", "output", "joint", "distal", "tip", "end", "link", "load", "loadside", "last", "abtrieb", "gelenk",
+        "sortie", "tool",
+    ),
+}  # fmt: skip
 _UNITS = ("deg", "rad", "mm", "m", "N", "Nm", "mNm", "Nmm", "rpm", "ms", "us", "s")
 _TIMES = ("time", "t", "timestamp", "zeit", "temps", "clock", "sec", "secs", "seconds", "stamp")
 _ALIKE = 0.5
@@ -162,7 +172,19 @@ def _correlation(a: Column, b: Column) -> float:
 
 
 def _words(name: str) -> list[str]:
-    return [word.casefold() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|[^\W\d_]+", name)]
+    found = [word.casefold() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|[^\W\d_]+", name)]
+    return [part for word in found for part in _parts(word)]
+
+
+def _parts(word: str) -> tuple[str, ...]:
+    """Side and sense of a word made of two, ``motorwinkel``, ``antriebslage``; any other as it is."""
+    senses = {sense for names in _SENSES.values() for sense in names if len(sense) > 2}
+    for side in (s for names in _SIDES.values() for s in names if len(s) > 2 and word.startswith(s)):
+        rest = word[len(side) :]
+        for sense in (rest, rest.removeprefix("s")):
+            if sense in senses:
+                return side, sense
+    return (word,)
 
 
 def _fits(variable: Variable, column: Column) -> bool | None:
@@ -182,13 +204,16 @@ def _score(variable: Variable, column: Column) -> int:
         return 0
     if column.name == variable.name:
         return 9
-    sense, _, side = variable.name.partition("_")
+    symbol, _, side = variable.name.partition("_")
     words = _words(column.name)
-    other = "out" if side == "in" else "in"
-    if any(word in _SIDES.get(other, ()) for word in words) and side in _SIDES:
+    if side and side not in _SIDES and side.casefold() not in words:  # a part of another, such as x_h of x_out
         return 0
-    by_sense = 2 * any(word in _SENSES.get(sense, (sense.casefold(),)) for word in words)
-    by_side = 2 * any(word in _SIDES.get(side, ()) for word in words)
+    sides = {name for name, names in _SIDES.items() if any(word in names for word in words)}
+    if side in _SIDES and sides and side not in sides:
+        return 0
+    senses = (*_SENSES.get(variable.quantity.unit, ()), symbol.casefold())
+    by_sense = 2 * any(word in senses for word in words)
+    by_side = 2 * (side in sides)
     by_unit = int(_fits(variable, column) is True)
     return by_sense + by_side + by_unit if by_sense or (by_side and by_unit) else 0
 

@@ -34,9 +34,11 @@ def find_time(where: str, columns: list[Column]) -> int:
         raise InputError(f"{where}: {names.count('time')} columns are called time -- expected one -- rename the others")
     if names[0] in _NAMES:
         return 0
+    likely = next((column for column in columns if _is_time(column.unit)), None)
     raise InputError(
         f"{where}: first column is {first.name!r} -- expected 'time [s]' "
-        f'-- say which is time with --map "{first.name if _is_time(first.unit) else "LOG"}=time [s]"'
+        f'-- say which is time with --map "{likely.name if likely else "LOG"}=time [s]", '
+        "or let 'tsm-fmu check LOG --model MODEL' propose it"
     )
 
 

@@ -213,6 +213,8 @@ def _bytes(path: Path) -> bytes:
         if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # a pipe would wait for ever, a device never end
             raise InputError(f"{path} is a pipe or a device -- expected a regular file -- save it to a file first")
         return path.read_bytes()
+    except InputError:  # it is a ValueError too
+        raise
     except FileNotFoundError:
         raise InputError(f"{path} does not exist -- expected a measured run ({_READ}) -- check the path") from None
     except OSError as failure:

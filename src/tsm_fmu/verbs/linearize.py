@@ -177,7 +177,7 @@ class LinearizeResult:
     def _answer(self) -> str:
         found, asked = self.margins, self.design_margins
         if found is None:
-            return self.summary().splitlines()[0]
+            return " ".join(self.summary().splitlines()[: 1 + (self.linear.asymmetry > DOUBTFUL)])
         design = "" if asked is None else f" (design {asked.crossover:.4g} rad/s and {asked.phase_margin_deg:.3g} deg)"
         return (
             f"At t = {self.linear.at:g} s the loop as it runs crosses at {found.crossover:.4g} rad/s with "
