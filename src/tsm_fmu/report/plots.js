@@ -28,8 +28,11 @@
     const manager = await Bokeh.embed.embed_item(items[frame.dataset.plot], frame);
     views.set(frame, manager);
     const ink = { value: getComputedStyle(frame).getPropertyValue("--ink").trim() };
-    for (const part of parts(manager)) for (const label of part.center ?? [])
-      if (label.type === "LabelSet") label.text_color = ink;  // the style's text colour does not reach sets of labels
+    for (const part of parts(manager)) for (const drawn of [...part.center ?? [], ...part.above ?? []]) {
+      // the style's text colour does not reach these
+      if (drawn.type === "LabelSet") drawn.text_color = ink;
+      if (drawn.type === "ColorBar") drawn.major_label_text_color = ink.value;
+    }
     frame.dataset.drawn = "yes";
     if (matchMedia("(pointer: fine)").matches)
       for (const root of manager.roots) for (const tool of root.model.toolbar?.tools ?? [])
