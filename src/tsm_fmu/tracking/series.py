@@ -41,6 +41,8 @@ BESIDE_LINE = 7
 """Fewer runs do not tell a jump beside a trend."""
 EITHER_SIDE = 2
 """Runs before and after a jump at least: one run alone is an outlier."""
+BETWEEN = 3
+"""Runs between two jumps at least: two neighbours that stand out are as easily two outliers."""
 LEVEL = 0.01
 """False discovery rate: a page that says "wear" has somebody take a machine apart."""
 POWER = 0.8
@@ -272,7 +274,7 @@ def _gains(
     coarse = range(0, len(places), -(-len(places) // PAIRED_PLACES) or 1)
     largest, most, best = np.zeros(len(by_chance)), -1.0, ()
     for i in coarse if two else range(len(places)):
-        second = [j for j in coarse if places[j] - places[i] >= EITHER_SIDE] if two else [i]
+        second = [j for j in coarse if places[j] - places[i] >= BETWEEN] if two else [i]
         together = steps[:, second].T @ steps[:, i] if two else np.zeros(1)
         second = [j for j, r in zip(second, together, strict=True) if abs(r) < 1.0 - 1e-9]
         if not second:
@@ -292,8 +294,8 @@ def _gains(
 
 def _free_places(n: int, at: Places) -> list[int]:
     """Places with enough runs on either side, up to the next jump or the end."""
-    ends = (0, *at, n)
-    return [k for k in range(n) if all(abs(k - end) >= EITHER_SIDE for end in ends)]
+    inside = range(EITHER_SIDE, n - EITHER_SIDE + 1)
+    return [k for k in inside if all(abs(k - place) >= BETWEEN for place in at)]
 
 
 def _moved(y: FloatArray, weights: FloatArray, at: Places, line: bool) -> Places:
