@@ -54,6 +54,10 @@ COPY_SHARE = 0.98
 POSITION_SHARE = 0.9
 """A column is the position that belongs to a speed if more of its moves is a multiple of the way of that speed."""
 
+FRICTION_LEVEL_RATIO = 1.0
+"""A level of the model's friction (Coulomb, break-away) is at most this many times the range of the channels that it is
+in: a motion that reverses shows twice its level."""
+
 # Nuisance parameters
 
 NUISANCE_SPREAD_SHARE = 0.015
@@ -75,7 +79,8 @@ EFFECT_SPREAD_SHARE = 0.012
 """An effect that removes less is not named: it is within the form of any friction model."""
 
 CLEAN_EFFECT_SPREAD_SHARE = 0.006
-"""An effect that leaves next to nothing is named above this part: a wrong form is not that simple."""
+"""An effect that leaves next to nothing is named above this part: a wrong form is not that simple. So is one beside
+reference runs: what it gains there is the form, and is not counted."""
 
 NEARLY_ALL_SHARE = 0.9
 """What removes this part of the mean square that another hypothesis leaves is no correction of a wrong form."""

@@ -32,6 +32,7 @@ from .choice.visibility import unexcited
 from .criteria import EFFECT_SPREAD_SHARE, PRESLIDING_STROKE_SHARE
 from .evidence import Candidate, Gap, Gate, NextMotion, RunComparison
 from .fits.placing import not_applicable
+from .fits.ranges import level_ranges
 from .fits.refit import Fitted, Task
 from .result import Diagnosis
 from .runs.beginning import beginning_note
@@ -175,7 +176,12 @@ def task_of(runs: PreparedRuns, values: Mapping[str, float], preset: str | None,
     return Task(
         runs.model.name, thinned_for_search(runs.model, runs.measured), runs.channels,
         {"motion.x_pre": PRESLIDING_STROKE_SHARE[1] * stroke, **values}, preset, tuple(fixed),
-        limits={"motion.x_pre": (PRESLIDING_STROKE_SHARE[0] * stroke, PRESLIDING_STROKE_SHARE[2] * stroke)},
+        limits={
+            "motion.x_pre": (PRESLIDING_STROKE_SHARE[0] * stroke, PRESLIDING_STROKE_SHARE[2] * stroke),
+            **level_ranges(
+                runs.model, runs.channels, [*runs.measured, *runs.holdout, *runs.reference], fixed
+            ),
+        },
         drives=drives_of(runs.model),
     )  # fmt: skip
 

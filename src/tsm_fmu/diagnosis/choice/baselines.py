@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from ...kernels.kernel import kernel
 from ...regression.multistart import MultiStart
 from ...regression.problem import FitRun
 from ...regression.solver import SearchLog
-from ..criteria import LOST_SHARE
+from ..criteria import CLEAN_EFFECT_SPREAD_SHARE, LOST_SHARE
 from ..fits.nuisance import nuisance_specs, removed_on_reference, with_nuisances
 from ..fits.quantised import Levels, coarse, step_noise
 from ..fits.refit import Fitted, Task, as_given, refit
@@ -73,11 +73,15 @@ def baselines(
     reference = None
     if references:
         progress("reference runs")
-        reference = with_nuisances(refitted_model(replace(task, runs=references), effects), nuisances)
+        reference, base = _of_one_rig(replace(task, runs=references), effects, base)
+        reference = with_nuisances(reference, nuisances)
         base = replace(
             base,
             task=replace(
-                base.task, discrepancy=reference.rmse, reference_removal=removed_on_reference(reference, nuisances)
+                base.task,
+                discrepancy=reference.rmse,
+                form_share=CLEAN_EFFECT_SPREAD_SHARE,
+                reference_removal=removed_on_reference(reference, nuisances),
             ),
         )
     levels = coarse(runs, task.channels, base.spread)
@@ -89,10 +93,38 @@ def baselines(
     )  # fmt: skip
 
 
-def refitted_model(task: Task, effects: Sequence[str], given: Fitted | None = None) -> Fitted:
-    """The model refitted, channels weighted by the inverse of what a first refit leaves of them."""
-    first = refit(task, effects, {}, per_run_values=given.per_run if given else None)
-    by_default = not any(v.name in task.values for v in kernel(task.model).parameters)
+def _of_one_rig(task: Task, effects: Sequence[str], measured: Fitted) -> tuple[Fitted, Fitted]:
+    """The refits of the reference runs and of the measured ones, each also begun with the values of the other.
+
+    Both are runs of one rig: where a refit alone ends in a poor valley, what it leaves is no form of the model.
+    """
+    alone = refitted_model(task, effects)
+    reference = min(alone, refitted_model(task, effects, values=measured.values), key=_log_rmse)
+    unweighted = replace(measured.task, weights=task.weights)
+    again = refitted_model(unweighted, effects, measured, reference.values)
+    return reference, min(measured, again, key=_log_rmse)
+
+
+def _log_rmse(fitted: Fitted) -> float:
+    return float(np.sum(np.log(np.maximum(fitted.rmse, 1e-12 * fitted.spread))))
+
+
+def refitted_model(
+    task: Task, effects: Sequence[str], given: Fitted | None = None, values: Mapping[str, float] | None = None
+) -> Fitted:
+    """The model refitted, channels weighted by the inverse of what a first refit leaves of them.
+
+    Parameters
+    ----------
+    task : Task
+    effects : sequence of str
+    given : Fitted, optional
+        With the start values that each run has of its own.
+    values : mapping of str to float, optional
+        Start values of the others, instead of those given.
+    """
+    first = refit(task, effects, values or {}, per_run_values=given.per_run if given else None)
+    by_default = values is None and not any(v.name in task.values for v in kernel(task.model).parameters)
     if by_default and (first.rmse > LOST_SHARE * first.spread).any():
         first = min(first, _from_several_starts(first), key=lambda f: f.cost)
     if len(task.channels) < 2:

@@ -58,13 +58,15 @@ class Floors:
     unexplained: BoolArray
 
 
-def floors_of(choice: Choice, base: Fitted, reference_fit: Fitted | None, stepped: Sequence[str] = ()) -> Floors:
+def floors_of(
+    choice: Choice, refitted: Hypothesis, reference_fit: Fitted | None, stepped: Sequence[str] = ()
+) -> Floors:
     """Floors that follow from what the best hypothesis leaves.
 
     Parameters
     ----------
     choice : Choice
-    base : Fitted
+    refitted : Hypothesis
         Refitted baseline.
     reference_fit : Fitted or None
         The same on reference runs.
@@ -82,8 +84,8 @@ def floors_of(choice: Choice, base: Fitted, reference_fit: Fitted | None, steppe
     least = np.minimum(white, noise) if repeats is None else noise
     if reference_fit is not None:  # gaps are judged against the larger floor
         noise, least = np.maximum(noise, reference_fit.rmse), np.maximum(least, reference_fit.rmse)
-    open_ = open_channels(winner, base, reference_fit, stepped)
-    unexplained = open_ & ~_mostly_explained(winner, base, reference_fit)
+    open_ = open_channels(winner, refitted.fitted, reference_fit, stepped)
+    unexplained = open_ & ~_mostly_explained(winner, refitted, reference_fit)
     return Floors(noise, least, None if reference_fit is None else reference_fit.rmse, open_, unexplained)
 
 
@@ -123,11 +125,17 @@ def _predictable(fitted: Fitted) -> FloatArray:
     return predictable_share(fitted.residuals, places_of(fitted), *coordinate_units(fitted.problem.kernel))
 
 
-def _mostly_explained(one: Hypothesis, base: Fitted, reference_fit: Fitted | None) -> BoolArray:
-    """Channels in which the effects close nearly all of the gap, though their law is not quite the true one."""
+def _mostly_explained(one: Hypothesis, refitted: Hypothesis, reference_fit: Fitted | None) -> BoolArray:
+    """Channels in which the effects close nearly all of the gap, though their law is not quite the true one.
+
+    The gap is that of the measured and of the held-out runs together: where a motion shows little of an effect, the
+    form of the model is most of what is left.
+    """
     noise = np.minimum(white_noise(one.fitted), one.fitted.rmse) if reference_fit is None else reference_fit.rmse
-    gap = np.maximum(base.rmse**2 - noise**2, 1e-300)
-    return (one.fitted.rmse**2 - noise**2 < (1.0 - EXPLAINED_SHARE) * gap) & bool(one.effects)
+    gap, left = refitted.measured - noise**2, one.measured - noise**2
+    if one.held_out is not None and refitted.held_out is not None:
+        gap, left = gap + refitted.held_out - noise**2, left + one.held_out - noise**2
+    return (left < (1.0 - EXPLAINED_SHARE) * np.maximum(gap, 1e-300)) & bool(one.effects)
 
 
 def white_noise(fitted: Fitted) -> FloatArray:

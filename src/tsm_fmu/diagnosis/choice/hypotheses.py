@@ -63,6 +63,8 @@ class Hypothesis:
         Nuisance effects that correct the form of the model: no effects of their own, whatever they remove.
     nuisance_tests : callable, optional
         Gives `tested`, where another hypothesis with the same fit knows it; only called when it is asked for.
+    holdout : sequence of FitRun
+        Held-out runs.
     """
 
     added: tuple[str, ...]
@@ -76,6 +78,7 @@ class Hypothesis:
     nuisance_tests: Callable[[], Mapping[str, tuple[float, Fitted]]] | None = field(
         default=None, repr=False, compare=False
     )
+    holdout: Sequence[FitRun] = field(default=(), repr=False, compare=False)
 
     @property
     def reference_gain(self) -> FloatArray:
@@ -112,7 +115,7 @@ class Hypothesis:
         to_test = [
             s for s in self.fitted.effects if s in self.nuisances and s not in (*self.added, *self.form_corrections)
         ]
-        return significant_nuisances(self.fitted, to_test, self.nuisances)
+        return significant_nuisances(self.fitted, to_test, self.nuisances, self.holdout)
 
     @property
     def _significant(self) -> dict[str, tuple[float, Fitted]]:
@@ -168,6 +171,7 @@ def hypothesis(
         holdout_mean_square,
         fitted.effective,
         effective,
+        holdout=tuple(holdout),
     )
 
 

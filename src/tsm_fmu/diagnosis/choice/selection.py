@@ -55,7 +55,7 @@ def select(
         refitted, *found = together(left_out_in_turn, [baselines.refitted, found[0], *best])
         baselines = replace(baselines, refitted=refitted, with_nuisances=found[0])
     choice = choice_of(found, baselines.refitted)
-    floors = floors_of(choice, baselines.refitted.fitted, baselines.reference, baselines.stepped)
+    floors = floors_of(choice, baselines.refitted, baselines.reference, baselines.stepped)
     if floors.open_.any() and not floors.unexplained.any():
         progress("patches")
         fewer = without_patches(choice, found, floors.open_, holdout)

@@ -25,7 +25,6 @@ from ..criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,
     CONVERGED_SHARE,
     DIFFERENCE_DEVIANCE,
-    EFFECT_SPREAD_SHARE,
     FIT_SPREAD_SHARE,
     LAW_FORM_SHARE,
 )
@@ -179,7 +178,7 @@ def _within_allowance(
     """
     spread = best.fitted.spread**2
     nearly_explained = _nearly_explained(one, best)
-    least = np.where(nearly_explained, CLEAN_EFFECT_SPREAD_SHARE, EFFECT_SPREAD_SHARE)
+    least = np.where(nearly_explained, CLEAN_EFFECT_SPREAD_SHARE, best.fitted.task.form_share)
     limit = np.square(least if fewer else FIT_SPREAD_SHARE) * spread
     form = np.where(nearly_explained, 0.0, LAW_FORM_SHARE)
     if fewer:

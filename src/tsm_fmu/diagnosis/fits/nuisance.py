@@ -6,8 +6,10 @@ little off. An effect is only missing if it explains what these cannot.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,10 +19,11 @@ from ...kernels.arrays import BoolArray, FloatArray
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
+from ...regression.problem import FitRun
 from ...regression.thinning import thinned
 from ..criteria import LAW_FORM_SHARE, NEARLY_ALL_SHARE, NUISANCE_SPREAD_SHARE, SHAPE_SPREAD_SHARE
 from .placing import places_of_effect
-from .refit import STEPS, Fitted, Task, refit
+from .refit import STEPS, Fitted, Task, refit, rms
 from .response import public
 from .screening import Screened, screen
 
@@ -124,7 +127,8 @@ def begun_with(
     starts : int
         Shapes of the linear step to start from; one less with a second place.
     """
-    return first_steps(*_with_added_effect(base, screened, nuisances, second_start, starts))
+    base, effects, places, nuisances, released = _with_added_effect(base, screened, nuisances, second_start, starts)
+    return _no_worse(base, effects, places, screened, nuisances, released, first_steps)
 
 
 def refit_with(
@@ -146,7 +150,27 @@ def refit_with(
     base, effects, places, nuisances, released = _with_added_effect(base, screened, nuisances, second_start, starts)
     if begun is not None and len(places) > 1:
         places = [(begun.values, begun.per_run)]
-    return best_refit(base, effects, places, nuisances, released, steps)
+    return _no_worse(base, effects, places, screened, nuisances, released, partial(best_refit, steps=steps))
+
+
+def _no_worse(
+    base: Fitted, effects: Sequence[str], places: Sequence[Place], screened: Screened,
+    nuisances: Sequence[str], released: Sequence[str], way: Callable[..., Fitted],
+) -> Fitted:  # fmt: skip
+    """A refit with one more effect, from where that does a little beside the values of the model if it ends worse.
+
+    A whole linear step can lead into a valley with worse values of the model than those without the effect.
+    """
+    found: Fitted | None = None
+    with suppress(InputError):  # values of the linear step that the chain does not allow
+        found = way(base, effects, places, nuisances, released)
+    if found is not None and found.cost <= base.cost:
+        return found
+    sizes = {public(screened.attached, name) for name in sizes_of(screened.attached.module)}
+    first = screened.starts[0] if screened.starts else {}
+    little = {name: SHRUNK * value if name in sizes else value for name, value in first.items()}
+    again = way(base, effects, [({**base.values, **little}, base.per_run)], nuisances, released)
+    return again if found is None or again.cost < found.cost else found
 
 
 def _with_added_effect(
@@ -267,7 +291,7 @@ def offsets(
 
 
 def significant_nuisances(
-    fitted: Fitted, specs: Sequence[str], nuisances: Sequence[str]
+    fitted: Fitted, specs: Sequence[str], nuisances: Sequence[str], holdout: Sequence[FitRun] = ()
 ) -> dict[str, tuple[float, Fitted]]:
     """Nuisance effects without which a fit gets clearly worse, and by more than the form of a model or of an effect.
 
@@ -278,6 +302,8 @@ def significant_nuisances(
         Specs to look at.
     nuisances : sequence of str
         All that are nuisance effects.
+    holdout : sequence of FitRun
+        Held-out runs: on them the parameters of the model cannot take up what a sensor does.
 
     Returns
     -------
@@ -287,18 +313,20 @@ def significant_nuisances(
     found = {}
     of_effects = LAW_FORM_SHARE * np.maximum(fitted.task.gap**2 - fitted.rmse**2, 0.0)
     form = np.sqrt(np.maximum(fitted.task.discrepancy**2, of_effects))
+    least = np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, form)
     for spec in fitted.effects:
         if spec not in specs or float(fitted.share_of(spec).max()) < NUISANCE_SPREAD_SHARE:
             continue
+        on_runs = () if _on_friction(spec) else holdout
         less = refit_without(fitted, spec, nuisances)
-        if not (_removed(less, fitted) > np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, form)).any():
+        if not (_removed(less, fitted, on_runs) > least).any():
             continue
         less = min(less, refit_without(fitted, spec, nuisances, as_given=True), key=lambda f: f.cost)
-        removed = _removed(less, fitted)
+        removed = _removed(less, fitted, on_runs)
         added = [e for e in fitted.effects if e not in nuisances]
         if looks_like(spec, added) and not nearly_removed(less.rmse**2, fitted.rmse**2).any():
             continue  # beside what it hides behind it corrects the form of a law
-        if (removed > np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, form)).any():
+        if (removed > least).any():
             found[spec] = float(np.max(removed / np.maximum(fitted.spread, 1e-300))), less
     return found
 
@@ -330,9 +358,13 @@ def _on_friction(spec: str) -> bool:
     return "@" not in spec
 
 
-def _removed(before: Fitted, after: Fitted) -> FloatArray:
-    """RMS that is gone, by channel."""
-    return np.sqrt(np.maximum(before.rmse**2 - after.rmse**2, 0.0))
+def _removed(before: Fitted, after: Fitted, holdout: Sequence[FitRun] = ()) -> FloatArray:
+    """RMS that is gone, by channel, on the measured or on the held-out runs, where it is more."""
+    gone = before.rmse**2 - after.rmse**2
+    if holdout:
+        on_holdout = [rms(fitted.held_out_errors(holdout)) ** 2 for fitted in (before, after)]
+        gone = np.maximum(gone, on_holdout[0] - on_holdout[1])
+    return np.sqrt(np.maximum(gone, 0.0))
 
 
 def nearly_removed(before: FloatArray, after: FloatArray) -> BoolArray:

@@ -1,0 +1,79 @@
+"""What the model's own parameters may do in a diagnosis: levels that a rig can have, one rig behind all of its runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tsm_fmu.diagnosis.choice import baselines as module
+from tsm_fmu.diagnosis.choice.baselines import baselines, refitted_model
+from tsm_fmu.diagnosis.criteria import CLEAN_EFFECT_SPREAD_SHARE, EFFECT_SPREAD_SHARE
+from tsm_fmu.diagnosis.fits.nuisance import best_refit, refit_with
+from tsm_fmu.diagnosis.fits.ranges import level_ranges
+from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
+from tsm_fmu.diagnosis.fits.screening import Screened
+from tsm_fmu.kernels.chain import attach
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.regression.problem import FitRun
+
+Rig = Callable[..., FitRun]
+
+
+def task_of(runs: list[FitRun], known: dict[str, float]) -> Task:
+    return Task("LuGreFriction", runs, ("F",), known, limits={"motion.x_pre": (1e-3, 0.1)})
+
+
+def test_levels_are_within_the_range_of_their_channel(rig: Rig) -> None:
+    runs = [rig(71), rig(72)]
+    found = level_ranges(kernel("LuGreFriction"), ["F"], runs, ["F_c"])
+    assert set(found) == {"F_s"}
+    assert found["F_s"][1] == pytest.approx(max(np.ptp(r.targets) for r in runs))
+    assert level_ranges(kernel("PairedTsmBacklash"), ["x_out"], runs, []) == {}
+    both = np.column_stack([9.0 * runs[0].targets, runs[0].targets])
+    drive = level_ranges(kernel("TendonDrive"), ["x_out", "tau_in"], [replace(runs[0], targets=both)], [])
+    assert set(drive) == {"tau_c", "tau_s"}
+    assert drive["tau_c"][1] == pytest.approx(np.ptp(runs[0].targets))
+
+
+def test_a_break_away_that_no_rig_has_takes_up_nothing(rig: Rig, known: dict[str, float]) -> None:
+    """A start far off, with a peak of a thousand Coulomb levels, comes back into the range."""
+    runs, far = [rig(73)], {"F_s": 900.0, "v_s": 0.01}
+    ranges = level_ranges(kernel("LuGreFriction"), ["F"], runs, [])
+    task = replace(task_of(runs, known), limits=ranges)
+    assert refit(task, (), far).values["F_s"] <= np.ptp(runs[0].targets)
+
+
+def test_a_poor_valley_of_the_reference_runs_is_no_form(
+    rig: Rig, known: dict[str, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first refit of the reference runs is made to fail: the values of the measured runs mend it."""
+    runs, references = [rig(74, inertia=0.03)], [rig(75)]
+    real = refitted_model
+
+    def poor(task: Task, effects: list[str], *start: object, **more: object) -> Fitted:
+        found = real(task, effects, *start, **more)  # pyright: ignore[reportArgumentType]
+        if start or more:
+            return found
+        return refit(replace(task, fixed=("F_c", "F_s")), effects, {"F_c": 0.2, "F_s": 0.2}, fixed=["F_c", "F_s"])
+
+    def reference_gap() -> float:
+        made = baselines(task_of(runs, known), (), runs, references, [], lambda _: None)
+        assert made.reference is not None
+        assert made.refitted.fitted.task.form_share == CLEAN_EFFECT_SPREAD_SHARE
+        return float(made.reference.rmse[0])
+
+    sound = reference_gap()
+    monkeypatch.setattr(module, "refitted_model", poor)
+    assert reference_gap() == pytest.approx(sound, rel=0.05)
+    without = baselines(task_of(runs, known), (), runs, [], [], lambda _: None)
+    assert without.refitted.fitted.task.form_share == EFFECT_SPREAD_SHARE
+
+
+def test_a_refit_that_ends_worse_begins_again_where_the_effect_does_little(rig: Rig, known: dict[str, float]) -> None:
+    base = refit(task_of([rig(76, inertia=0.05)], known), (), {})
+    far = Screened(attach(kernel("LuGreFriction"), "inertia"), 1.0, [{"inertia.m": 400.0}], {})
+    at_once = best_refit(base, ["inertia"], [({**base.values, "inertia.m": 400.0}, base.per_run)], ())
+    assert at_once.cost > base.cost > refit_with(base, far, ()).cost
