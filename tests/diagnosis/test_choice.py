@@ -21,12 +21,15 @@ MANY = 1e5
 def made(
     added: str, rmse: float, held: float | None = None, *, parameters: int = 5, effective: float = MANY,
     nuisance_specs: dict[str, float] | None = None, unit: float = SPREAD, discrepancy: float = 0.0,
+    form_share: float = EFFECT_SPREAD_SHARE,
 ) -> Hypothesis:  # fmt: skip
     """What leaves ``rmse`` (of the spread) on one channel; ``added`` are ids with blanks between."""
     fitted: Any = SimpleNamespace(
         spread=np.array([unit]), rmse=np.array([rmse * unit]), effects=(*added.split(), *(nuisance_specs or ())),
         problem=SimpleNamespace(shared=tuple(range(parameters))),
-        task=SimpleNamespace(discrepancy=np.array([discrepancy * unit]), reference_removal={}),
+        task=SimpleNamespace(
+            discrepancy=np.array([discrepancy * unit]), reference_removal={}, form_share=form_share
+        ),
     )  # fmt: skip
     square = (None if held is None else np.array([(held * unit) ** 2]), np.array([effective]), np.array([effective]))
     nuisance_tests: Any = {spec: (removed, fitted) for spec, removed in (nuisance_specs or {}).items()}
@@ -51,6 +54,14 @@ def test_an_effect_within_the_form_of_a_model_is_not_named(gain: float, named: b
     choice = choice_of([plain, made("inertia", refit_without(gain))], plain)
     assert names(choice) == [("inertia",) if named else ()]
     assert choice.best.added == ("inertia",)
+
+
+def test_a_smaller_effect_is_named_beside_reference_runs() -> None:
+    gain = 0.9 * EFFECT_SPREAD_SHARE
+    assert gain > CLEAN_EFFECT_SPREAD_SHARE
+    plain = made("", 0.05, form_share=CLEAN_EFFECT_SPREAD_SHARE)
+    smaller = made("inertia", refit_without(gain), form_share=CLEAN_EFFECT_SPREAD_SHARE)
+    assert names(choice_of([plain, smaller], plain)) == [("inertia",)]
 
 
 def test_a_smaller_effect_is_named_where_it_removes_nearly_all_of_the_gap() -> None:

@@ -64,7 +64,7 @@ NUISANCE_SPREAD_SHARE = 0.015
 """A nuisance parameter that removes more is an effect of its own: the clocks and zeros of good rigs differ by less."""
 
 SHAPE_SPREAD_SHARE = 0.08
-"""The same of the shape after a reversal, and more than it removes on reference runs: rigs differ in it by as much, and
+"""The same of laws of what follows a reversal, and more than they remove on reference runs: rigs differ by as much, and
 a model has but one."""
 
 IDLE_SPREAD_SHARE = 0.002

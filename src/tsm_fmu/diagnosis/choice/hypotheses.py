@@ -29,6 +29,7 @@ from ..fits.nuisance import (
     begun_with,
     best_refit,
     corrects_model_form,
+    nearly_removed,
     refit_with,
     refit_without,
     significant_nuisances,
@@ -60,7 +61,7 @@ class Hypothesis:
     effective, effective_held_out : ndarray, shape (channels,)
         Independent samples that the residual is worth on either.
     form_corrections : tuple of str
-        Nuisance effects that correct the form of the model: no effects of their own, whatever they remove.
+        Effects that correct the form of the model, and nuisance effects that do: none of them is missing.
     nuisance_tests : callable, optional
         Gives `tested`, where another hypothesis with the same fit knows it; only called when it is asked for.
     holdout : sequence of FitRun
@@ -124,7 +125,7 @@ class Hypothesis:
     @property
     def effects(self) -> tuple[str, ...]:
         """All that this hypothesis says is missing."""
-        return (*self.added, *self.significant)
+        return (*(s for s in self.added if s not in self.form_corrections), *self.significant)
 
     def parameters(self, spec: str) -> dict[str, float]:
         """Values of an effect's own parameters."""
@@ -177,7 +178,8 @@ def hypothesis(
 
 def with_fit(one: Hypothesis, fitted: Fitted, holdout: Sequence[FitRun]) -> Hypothesis:
     """A copy whose fit is another refit of the same effects."""
-    return hypothesis(one.added, fitted, one.nuisances, holdout, one.reference_gain)
+    found = hypothesis(one.added, fitted, one.nuisances, holdout, one.reference_gain)
+    return replace(found, form_corrections=one.form_corrections)
 
 
 def probe(base: Fitted, screened: Sequence[Screened], nuisances: Sequence[str]) -> list[Screened]:
@@ -245,11 +247,27 @@ def refit_candidates(
         gain = base.reference_gain
         if reference_fit is not None:
             gain = gain + _gained(reference_fit, s, base.nuisances, refit_with if contends else begun_with)
-        return hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain)
+        return _beside(
+            base, s.attached.spec, hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain)
+        )
 
     tried = [one for one in together(begun, shortlist(screened, most)) if one is not None]
     least = min((_log_mean_square(fitted) for _, fitted in tried), default=0.0)
     return together(refitted, tried)
+
+
+def _beside(base: Hypothesis, spec: str, one: Hypothesis) -> Hypothesis:
+    """A hypothesis with one effect more than another, which corrects the form of the model if it removes no more.
+
+    Unless next to nothing is left with it of what the model without nuisance effects leaves, which no correction of a
+    form does.
+    """
+    spread = one.fitted.spread
+    share = float(np.max(np.sqrt(np.maximum(base.measured - one.measured, 0.0)) / np.maximum(spread, 1e-300)))
+    corrects = corrects_model_form(spec, share, one.fitted.task, spread)
+    before = base.measured if base.added else np.maximum(base.measured, one.fitted.task.gap**2)
+    form = (spec,) if corrects and not nearly_removed(before, one.measured).any() else ()
+    return replace(one, form_corrections=(*base.form_corrections, *form))
 
 
 def _gained(

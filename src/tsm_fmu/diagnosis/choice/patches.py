@@ -68,8 +68,9 @@ def _restricted_to(
     one: Hypothesis, kept: Sequence[str], hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]
 ) -> Hypothesis:
     """The hypothesis with some of the effects; the other nuisance effects count as the form of the model."""
+    kept = (*kept, *(spec for spec in one.form_corrections if spec in one.added))
     added = tuple(spec for spec in one.added if spec in kept)
-    form = tuple(spec for spec in one.nuisances if spec not in kept)
+    form = tuple(dict.fromkeys((*one.form_corrections, *(spec for spec in one.nuisances if spec not in kept))))
     known = sorted((h for h in hypotheses if set(h.added) == set(added)), key=log_residual)
     if known:
         return replace(known[0], form_corrections=form, nuisance_tests=lambda: known[0].tested)

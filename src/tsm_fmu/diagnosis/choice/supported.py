@@ -68,7 +68,7 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
     find_significant_nuisances(near)
     alike = [h for h in near if indistinguishable(h, best_without, refitted, hypotheses)]
     fewest = min(len(h.effects) for h in alike)
-    supported = sorted((h for h in alike if len(h.effects) == fewest), key=log_residual)
+    supported = sorted((h for h in alike if len(h.effects) == fewest), key=lambda h: (len(h.added), log_residual(h)))
     return Choice(best, tuple(h for h in supported if not any(dominated(h, other) for other in supported)))
 
 
@@ -80,7 +80,7 @@ def without_corrections(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> H
     whole = set(best.effects)
 
     def corrected(one: Hypothesis) -> bool:
-        if not set(one.added) <= whole or _nearly_explained(one, best).any():  # known without a refit
+        if not set(one.added) <= whole | set(best.added) or _nearly_explained(one, best).any():  # known without a refit
             return False
         mine = set(one.effects)
         return mine < whole and all(looks_like(s, mine) for s in whole - mine)

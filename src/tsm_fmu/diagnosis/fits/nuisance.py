@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ...effects import EFFECTS, effect_of, looks_like, sizes_as, sizes_of
+from ...effects import EFFECTS, effect_of, id_of, looks_like, sizes_as, sizes_of
 from ...kernels.arrays import BoolArray, FloatArray
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
@@ -26,6 +26,9 @@ from .placing import places_of_effect
 from .refit import STEPS, Fitted, Task, refit, rms
 from .response import public
 from .screening import Screened, screen
+
+AFTER_REVERSALS = ("presliding_shape", "nonlocal_memory")
+"""Laws of what friction does after a reversal: no rig has quite that of its model."""
 
 Place = tuple[Mapping[str, float], Mapping[str, FloatArray]]
 """Where a refit starts: values by public name, and those that each run has of its own."""
@@ -317,7 +320,7 @@ def significant_nuisances(
     for spec in fitted.effects:
         if spec not in specs or float(fitted.share_of(spec).max()) < NUISANCE_SPREAD_SHARE:
             continue
-        on_runs = () if _on_friction(spec) else holdout
+        on_runs = () if id_of(spec) in AFTER_REVERSALS else holdout
         less = refit_without(fitted, spec, nuisances)
         if not (_removed(less, fitted, on_runs) > least).any():
             continue
@@ -332,7 +335,7 @@ def significant_nuisances(
 
 
 def corrects_model_form(spec: str, share: float, task: Task, spread: FloatArray) -> bool:
-    """Whether a nuisance effect that removes this part of a channel's spread is the form of the model, and no effect.
+    """Whether an effect that removes this part of a channel's spread is the form of the model, and nothing missing.
 
     Parameters
     ----------
@@ -342,7 +345,7 @@ def corrects_model_form(spec: str, share: float, task: Task, spread: FloatArray)
     spread : ndarray, shape (channels,)
     """
     on_reference = float(np.max(task.reference_removal.get(spec, np.zeros(1)) / np.maximum(spread, 1e-300)))
-    return _on_friction(spec) and share <= max(SHAPE_SPREAD_SHARE, on_reference)
+    return id_of(spec) in AFTER_REVERSALS and share <= max(SHAPE_SPREAD_SHARE, on_reference)
 
 
 def removed_on_reference(reference_fit: Fitted, nuisances: Sequence[str]) -> dict[str, FloatArray]:
@@ -350,12 +353,8 @@ def removed_on_reference(reference_fit: Fitted, nuisances: Sequence[str]) -> dic
     return {
         spec: _removed(refit_without(reference_fit, spec, nuisances), reference_fit)
         for spec in nuisances
-        if _on_friction(spec)
+        if id_of(spec) in AFTER_REVERSALS
     }
-
-
-def _on_friction(spec: str) -> bool:
-    return "@" not in spec
 
 
 def _removed(before: Fitted, after: Fitted, holdout: Sequence[FitRun] = ()) -> FloatArray:
