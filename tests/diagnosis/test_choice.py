@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, interleaved, shortlist
+from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, beside, interleaved, shortlist
 from tsm_fmu.diagnosis.choice.supported import Choice, choice_of, dominated, indistinguishable, log_residual
 
 EFFECT_SPREAD_SHARE, CLEAN_EFFECT_SPREAD_SHARE, FIT_SPREAD_SHARE = 0.012, 0.006, 0.003
-LAW_FORM_SHARE, DIFFERENCE_DEVIANCE, CONVERGED_SHARE = 0.03, 8.0, 0.002
+LAW_FORM_SHARE, DIFFERENCE_DEVIANCE, CONVERGED_SHARE, SHAPE_SPREAD_SHARE = 0.03, 8.0, 0.002, 0.08
 """As docs/diagnosis.md lists them: numbers of this test, not of the code under test."""
 SPREAD = 3.7
 MANY = 1e5
@@ -28,7 +28,8 @@ def made(
         spread=np.array([unit]), rmse=np.array([rmse * unit]), effects=(*added.split(), *(nuisance_specs or ())),
         problem=SimpleNamespace(shared=tuple(range(parameters))),
         task=SimpleNamespace(
-            discrepancy=np.array([discrepancy * unit]), reference_removal={}, form_share=form_share
+            discrepancy=np.array([discrepancy * unit]), reference_removal={}, form_share=form_share,
+            gap=np.zeros(1),
         ),
     )  # fmt: skip
     square = (None if held is None else np.array([(held * unit) ** 2]), np.array([effective]), np.array([effective]))
@@ -54,6 +55,24 @@ def test_an_effect_within_the_form_of_a_model_is_not_named(gain: float, named: b
     choice = choice_of([plain, made("inertia", refit_without(gain))], plain)
     assert names(choice) == [("inertia",) if named else ()]
     assert choice.best.added == ("inertia",)
+
+
+@pytest.mark.parametrize(
+    ("effect", "gain", "before", "named"),
+    [
+        ("nonlocal_memory", 0.8 * SHAPE_SPREAD_SHARE, 0.2, False),
+        ("nonlocal_memory", 1.2 * SHAPE_SPREAD_SHARE, 0.2, True),
+        ("nonlocal_memory", 0.0499, 0.05, True),  # it leaves next to nothing
+        ("wear", 0.8 * SHAPE_SPREAD_SHARE, 0.2, True),
+    ],
+)
+def test_what_follows_a_reversal_is_missing_beyond_what_rigs_differ_in(
+    effect: str, gain: float, before: float, named: bool
+) -> None:
+    plain = made("", before)
+    one = beside(plain, effect, made(effect, refit_without(gain, before)))
+    assert one.effects == ((effect,) if named else ())
+    assert names(choice_of([plain, one], plain)) == [(effect,) if named else ()]
 
 
 def test_a_smaller_effect_is_named_beside_reference_runs() -> None:

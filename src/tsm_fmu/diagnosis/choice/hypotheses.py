@@ -247,7 +247,7 @@ def refit_candidates(
         gain = base.reference_gain
         if reference_fit is not None:
             gain = gain + _gained(reference_fit, s, base.nuisances, refit_with if contends else begun_with)
-        return _beside(
+        return beside(
             base, s.attached.spec, hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain)
         )
 
@@ -256,7 +256,7 @@ def refit_candidates(
     return together(refitted, tried)
 
 
-def _beside(base: Hypothesis, spec: str, one: Hypothesis) -> Hypothesis:
+def beside(base: Hypothesis, spec: str, one: Hypothesis) -> Hypothesis:
     """A hypothesis with one effect more than another, which corrects the form of the model if it removes no more.
 
     Unless next to nothing is left with it of what the model without nuisance effects leaves, which no correction of a
