@@ -18,8 +18,8 @@ def level_ranges(
 ) -> dict[str, tuple[float, float]]:
     """Ranges of the levels of a model's friction, by public name: `FRICTION_LEVEL_RATIO`.
 
-    A break-away of thousands of newtons at a speed that no run has is a curve at the speeds that they have: it takes up
-    a lag of the sensor, or an ageing, and no rig has it.
+    A break-away of thousands of newtons at a speed that no run has is a curve at the speeds that they have: no rig has
+    it, and a refit can end there.
 
     Parameters
     ----------
