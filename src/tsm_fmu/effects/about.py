@@ -95,6 +95,9 @@ class Effect(NamedTuple):
         Ids of effects that it hides behind, or they behind it, where a log is poor.
     role : str
         See `Role`.
+    after_reversal : bool
+        It is a law of what friction does after a reversal, of which no rig has quite that of its model: a little of it
+        corrects the form of the model and is not missing.
     motion_only : bool
         Among the outputs it makes sense on a position only.
     searched : tuple of str
@@ -114,6 +117,7 @@ class Effect(NamedTuple):
     family: Family
     looks_like: tuple[str, ...] = ()
     role: Role = "effect"
+    after_reversal: bool = False
     motion_only: bool = False
     searched: tuple[Place, ...] | None = None
     optional: tuple[str, ...] = ()

@@ -22,6 +22,7 @@ ABOUT = Effect(
     places=("friction",),
     family="history",
     looks_like=("tendon_elasticity",),
+    after_reversal=True,
 )
 
 

@@ -28,6 +28,7 @@ ABOUT = Effect(
     family="history",
     looks_like=("backlash",),
     role="nuisance",
+    after_reversal=True,
 )
 
 

@@ -64,8 +64,6 @@ class Hypothesis:
         Effects that correct the form of the model, and nuisance effects that do: none of them is missing.
     nuisance_tests : callable, optional
         Gives `tested`, where another hypothesis with the same fit knows it; only called when it is asked for.
-    holdout : sequence of FitRun
-        Held-out runs.
     """
 
     added: tuple[str, ...]
@@ -79,7 +77,6 @@ class Hypothesis:
     nuisance_tests: Callable[[], Mapping[str, tuple[float, Fitted]]] | None = field(
         default=None, repr=False, compare=False
     )
-    holdout: Sequence[FitRun] = field(default=(), repr=False, compare=False)
 
     @property
     def reference_gain(self) -> FloatArray:
@@ -116,7 +113,7 @@ class Hypothesis:
         to_test = [
             s for s in self.fitted.effects if s in self.nuisances and s not in (*self.added, *self.form_corrections)
         ]
-        return significant_nuisances(self.fitted, to_test, self.nuisances, self.holdout)
+        return significant_nuisances(self.fitted, to_test, self.nuisances)
 
     @property
     def _significant(self) -> dict[str, tuple[float, Fitted]]:
@@ -172,7 +169,6 @@ def hypothesis(
         holdout_mean_square,
         fitted.effective,
         effective,
-        holdout=tuple(holdout),
     )
 
 

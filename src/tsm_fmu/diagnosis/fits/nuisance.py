@@ -14,21 +14,17 @@ from typing import Any
 
 import numpy as np
 
-from ...effects import EFFECTS, effect_of, id_of, looks_like, sizes_as, sizes_of
+from ...effects import EFFECTS, about, effect_of, looks_like, sizes_as, sizes_of
 from ...kernels.arrays import BoolArray, FloatArray
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
-from ...regression.problem import FitRun
 from ...regression.thinning import thinned
 from ..criteria import LAW_FORM_SHARE, NEARLY_ALL_SHARE, NUISANCE_SPREAD_SHARE, SHAPE_SPREAD_SHARE
 from .placing import places_of_effect
-from .refit import STEPS, Fitted, Task, refit, rms
+from .refit import STEPS, Fitted, Task, refit
 from .response import public
 from .screening import Screened, screen
-
-AFTER_REVERSALS = ("presliding_shape", "nonlocal_memory")
-"""Laws of what friction does after a reversal: no rig has quite that of its model."""
 
 Place = tuple[Mapping[str, float], Mapping[str, FloatArray]]
 """Where a refit starts: values by public name, and those that each run has of its own."""
@@ -294,7 +290,7 @@ def offsets(
 
 
 def significant_nuisances(
-    fitted: Fitted, specs: Sequence[str], nuisances: Sequence[str], holdout: Sequence[FitRun] = ()
+    fitted: Fitted, specs: Sequence[str], nuisances: Sequence[str]
 ) -> dict[str, tuple[float, Fitted]]:
     """Nuisance effects without which a fit gets clearly worse, and by more than the form of a model or of an effect.
 
@@ -305,8 +301,6 @@ def significant_nuisances(
         Specs to look at.
     nuisances : sequence of str
         All that are nuisance effects.
-    holdout : sequence of FitRun
-        Held-out runs: on them the parameters of the model cannot take up what a sensor does.
 
     Returns
     -------
@@ -320,12 +314,11 @@ def significant_nuisances(
     for spec in fitted.effects:
         if spec not in specs or float(fitted.share_of(spec).max()) < NUISANCE_SPREAD_SHARE:
             continue
-        on_runs = () if id_of(spec) in AFTER_REVERSALS else holdout
         less = refit_without(fitted, spec, nuisances)
-        if not (_removed(less, fitted, on_runs) > least).any():
+        if not (_removed(less, fitted) > least).any():
             continue
         less = min(less, refit_without(fitted, spec, nuisances, as_given=True), key=lambda f: f.cost)
-        removed = _removed(less, fitted, on_runs)
+        removed = _removed(less, fitted)
         added = [e for e in fitted.effects if e not in nuisances]
         if looks_like(spec, added) and not nearly_removed(less.rmse**2, fitted.rmse**2).any():
             continue  # beside what it hides behind it corrects the form of a law
@@ -345,7 +338,7 @@ def corrects_model_form(spec: str, share: float, task: Task, spread: FloatArray)
     spread : ndarray, shape (channels,)
     """
     on_reference = float(np.max(task.reference_removal.get(spec, np.zeros(1)) / np.maximum(spread, 1e-300)))
-    return id_of(spec) in AFTER_REVERSALS and share <= max(SHAPE_SPREAD_SHARE, on_reference)
+    return about(spec).after_reversal and share <= max(SHAPE_SPREAD_SHARE, on_reference)
 
 
 def removed_on_reference(reference_fit: Fitted, nuisances: Sequence[str]) -> dict[str, FloatArray]:
@@ -353,17 +346,13 @@ def removed_on_reference(reference_fit: Fitted, nuisances: Sequence[str]) -> dic
     return {
         spec: _removed(refit_without(reference_fit, spec, nuisances), reference_fit)
         for spec in nuisances
-        if id_of(spec) in AFTER_REVERSALS
+        if about(spec).after_reversal
     }
 
 
-def _removed(before: Fitted, after: Fitted, holdout: Sequence[FitRun] = ()) -> FloatArray:
-    """RMS that is gone, by channel, on the measured or on the held-out runs, where it is more."""
-    gone = before.rmse**2 - after.rmse**2
-    if holdout:
-        on_holdout = [rms(fitted.held_out_errors(holdout)) ** 2 for fitted in (before, after)]
-        gone = np.maximum(gone, on_holdout[0] - on_holdout[1])
-    return np.sqrt(np.maximum(gone, 0.0))
+def _removed(before: Fitted, after: Fitted) -> FloatArray:
+    """RMS that is gone, by channel."""
+    return np.sqrt(np.maximum(before.rmse**2 - after.rmse**2, 0.0))
 
 
 def nearly_removed(before: FloatArray, after: FloatArray) -> BoolArray:
