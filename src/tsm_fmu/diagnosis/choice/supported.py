@@ -68,7 +68,11 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
     find_significant_nuisances(near)
     alike = [h for h in near if indistinguishable(h, best_without, refitted, hypotheses)]
     fewest = min(len(h.effects) for h in alike)
-    supported = sorted((h for h in alike if len(h.effects) == fewest), key=lambda h: (len(h.added), log_residual(h)))
+    # what corrects the form in vain is left out: of those that say the same the one without comes first
+    supported = sorted(
+        (h for h in alike if len(h.effects) == fewest),
+        key=lambda h: (sum(spec in h.form_corrections for spec in h.added), log_residual(h)),
+    )
     return Choice(best, tuple(h for h in supported if not any(dominated(h, other) for other in supported)))
 
 
