@@ -101,6 +101,8 @@ class Recovery:
         Identified values by method and name.
     rms : mapping of str to float
         What each method leaves of the noisy signal.
+    noise : mapping of str to float
+        RMS of the noise as it was drawn on the rows of each method: what the published set leaves there.
     intervals : mapping
         95 % profile intervals by name; without one the error does not rise.
     condition : float
@@ -110,6 +112,7 @@ class Recovery:
     trial: Trial
     values: Mapping[str, Mapping[str, float]]
     rms: Mapping[str, float]
+    noise: Mapping[str, float]
     intervals: Mapping[str, tuple[float, float]]
     condition: float
 
@@ -141,6 +144,7 @@ class _Found(NamedTuple):
 
     values: dict[str, float]
     rms: float
+    noise: float
     intervals: dict[str, tuple[float, float]]
     condition: float
 
@@ -151,27 +155,32 @@ def _identified(trial: Trial, method: str, quick: bool) -> _Found:
     fixed = [v.name for v in k.parameters if v.name not in trial.names]
     field = {v.name: v.field for v in k.parameters}
 
-    def fitted(begin: Mapping[str, float], rows: str, **how: Any) -> Fit:
+    def fitted(begin: Mapping[str, float], rows: str, **how: Any) -> tuple[Fit, float]:
         rng = np.random.default_rng(2013)
-        runs = [_rows(trial, motion, str(i), rows, rng) for i, motion in enumerate(trial.motions)]
-        return fit(k, runs, [trial.channel], search_space(k, trial.preset, begin, fixed), seed=1, **how)
+        runs, noises = zip(
+            *(_rows(trial, motion, str(i), rows, rng) for i, motion in enumerate(trial.motions)), strict=True
+        )
+        space = search_space(k, trial.preset, begin, fixed)
+        return fit(k, runs, [trial.channel], space, seed=1, **how), float(np.sqrt(np.mean(np.concatenate(noises) ** 2)))
 
     if method == GENETIC:
-        searched = fitted(start, THINNED, method="paper")
+        searched, _ = fitted(start, THINNED, method="paper")
         begin = {n: float(searched.parameters[field[n]].value) for n in trial.names}
-        found = fitted(begin, GENETIC, method="paper", single_start=True)  # the simplex, on all rows
+        found, noise = fitted(begin, GENETIC, method="paper", single_start=True)  # the simplex, on all rows
     else:
         profile = method == LEAST_SQUARES and not quick
-        found = fitted(start, method, single_start=quick, intervals="profile" if profile else "linear")
+        found, noise = fitted(start, method, single_start=quick, intervals="profile" if profile else "linear")
     return _Found(
         {n: float(found.parameters[field[n]].value) for n in trial.names},
         found.measured[trial.channel].rmse,
+        noise,
         {n: found.intervals[field[n]] for n in trial.names if field[n] in found.intervals},
         found.uncertainty.condition_number,
     )
 
 
-def _rows(trial: Trial, motion: Motion, name: str, method: str, rng: np.random.Generator) -> FitRun:
+def _rows(trial: Trial, motion: Motion, name: str, method: str, rng: np.random.Generator) -> tuple[FitRun, FloatArray]:
+    """Rows of a motion, and what was added to the signal there."""
     time = motion.run.time
     signal = motion.run.columns[motion.output]
     noisy = signal + rng.normal(0.0, trial.noise, signal.size)
@@ -191,7 +200,7 @@ def _rows(trial: Trial, motion: Motion, name: str, method: str, rng: np.random.G
     inputs: FloatArray = np.column_stack(
         [columns[v.name][kept] if v.name in columns else np.zeros(kept.size) for v in kernel(trial.model).inputs]
     )
-    return FitRun(name, time[kept] - time[kept[0]], inputs, noisy[kept][:, None])
+    return FitRun(name, time[kept] - time[kept[0]], inputs, noisy[kept][:, None]), (noisy - signal)[kept]
 
 
 def _told(trial: Trial, found: Mapping[str, _Found]) -> Recovery:
@@ -200,6 +209,7 @@ def _told(trial: Trial, found: Mapping[str, _Found]) -> Recovery:
         trial,
         {m: f.values for m, f in found.items()},
         {m: f.rms for m, f in found.items()},
+        {m: f.noise for m, f in found.items()},
         ours.intervals,
         ours.condition,
     )
@@ -217,7 +227,7 @@ def recovery_claim(
 ) -> Claim:
     """Row on a published set: how many of its values such data give back; ``text`` ends the reason."""
     count = len(found.trial.names)
-    rms = ", ".join(f"{number(r)} ({m})" for m, r in found.rms.items())
+    rms = ", ".join(f"{number(r)} ({m}; drawn {number(found.noise[m])})" for m, r in found.rms.items())
     lost = f"not {', '.join(found.lost)}" if found.lost else "all of them"
     said = (
         f"{lost}; the methods leave {rms} of a noise of {number(found.trial.noise)}, the condition number is "
@@ -254,7 +264,7 @@ def recovery_table(found: Recovery) -> Table:
             ]
         )
     unit = next(v.quantity.unit for v in kernel(found.trial.model).outputs if v.name == found.trial.channel)
-    left = ", ".join(f"{m} {number(r)}" for m, r in found.rms.items())
+    left = ", ".join(f"{m} {number(r)} of {number(found.noise[m])} drawn on its rows" for m, r in found.rms.items())
     return Table(
         ["parameter (SI)", "published", *found.values, "95 % interval", "recovered"],
         rows,
