@@ -1,7 +1,8 @@
 """The MSSP 2015 loop at 1 kHz in each master, the same FMUs and steps, in total and per FMU step; many loops at once.
 
 *Total* is from the ``.ssp`` to the last value, loading included and without the start of Python; *stepping* the steps
-alone. Ours records all outputs at every step, the others keep the last value only (FMPy records too).
+alone. Ours records all outputs at every step, the others keep the last value only (FMPy records too). The first run
+of ours on a machine compiles its loop, once for all systems; what that costs is printed and in no row.
 ``python -m benchmarks.master_speed`` prints the table; ``--seconds`` of simulated time (`SECONDS` without it).
 """
 
@@ -66,6 +67,8 @@ def ratios(simulated: float | None = None) -> Iterator[Ratio]:
             system = loop(flavour, folder)
             ssp = write_ssp(folder / f"{flavour}.ssp", (system, mssp_feedforward.EXPERIMENT))
             calls = steps * len(system.components)
+            first, again = (run(ssp, "ours", 10, STEP).seconds for _ in range(2))
+            print(f"{flavour} units: {first:.2f} s for 10 steps the first time here, {again:.2f} s the next")
             ours = run(ssp, "ours", steps, STEP)
             print(
                 f"{flavour} units, {len(system.components)} of them, {seconds:g} s at 1 kHz: {ours.seconds:.2f} s, "

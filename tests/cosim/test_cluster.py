@@ -1,6 +1,7 @@
 """Sweeps on a Dask cluster of processes: the numbers of a sweep here, also where a worker is killed in the middle."""
 
 import json
+import multiprocessing
 import os
 import signal
 import threading
@@ -9,6 +10,7 @@ import time
 import pytest
 from distributed import Client, LocalCluster
 
+import tsm_fmu as tsm
 from tsm_fmu.cli.app import run
 from tsm_fmu.cosim.ssp import write_ssp
 from tsm_fmu.cosim.system import Component, Connection, Experiment, System
@@ -66,6 +68,29 @@ def test_a_killed_worker_costs_nothing_and_failed_points_are_recorded(workers, p
     assert there["points"] == here["points"]
     assert sum(bool(point["failed"]) for point in there["points"]) == 14
     assert there["complete"]
+
+
+def alive():
+    return os.getpid(), len(multiprocessing.active_children())
+
+
+def test_an_fmu_that_crashes_takes_no_worker_of_the_cluster_with_it(workers, in_c, tmp_path):
+    """Workers are daemons, which may have no children by themselves; none is left behind either."""
+    unit = Component("m", in_c["moody"], {"u": 1.3})
+    path = write_ssp(tmp_path / "moody.ssp", (System((unit,), ()), Experiment(stop=1.0, step=0.01)))
+    with Client(workers.scheduler_address, set_as_default=False) as client:
+        before = client.run(alive)
+        vary = {"m.mood": [0, 4], "m.k": [0.7, -1.9]}
+        found = tsm.sweep(path, vary, scheduler=workers.scheduler_address)
+        until = time.monotonic() + 20.0
+        while client.run(alive) != before and time.monotonic() < until:  # until the workers have let go of the work
+            time.sleep(0.1)
+        assert client.run(alive) == before
+    assert [bool(point.failed) for point in found.points] == [False, False, True, True]
+    for point in found.points[2:]:
+        assert point.failed.startswith("FMU m (moody.fmu): doStep at t = 0.5 s ended its process by SIGSEGV")
+    for point, k in zip(found.points[:2], vary["m.k"], strict=True):
+        assert point.metrics["m.y.mean"].value == pytest.approx(1.3 * k * 100 / 101)  # 0 at the start
 
 
 def test_the_table_is_written_as_parquet_too(workers, path, tmp_path):

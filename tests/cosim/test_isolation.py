@@ -63,6 +63,21 @@ def test_a_call_that_does_not_return_is_ended_after_the_time_limit(in_c):
     assert time.monotonic() - begun < 120.0
 
 
+@pytest.mark.parametrize(
+    ("name", "how"), [("crash", "ended its process by SIGSEGV"), ("hang", "did not return within 2 s")]
+)
+def test_what_happens_while_it_is_instantiated_is_named_and_the_others_end_cleanly(in_c, tmp_path, name, how):
+    """Before the first row there is nothing to keep; the unit beside it is freed, and the next run works."""
+    sound = Component("sound", in_c["moody"], {"u": 1.5})
+    system = System((sound, Component(name, in_c["moody"], {"u": 1.5})), ())
+    with simulation(None, 2.0) as place:
+        with pytest.raises(InputError, match=rf"^FMU {name} \(moody\.fmu\): .*{how}") as caught:
+            place.simulate_system(system, 0.1, 0.01)
+        assert "\n" not in str(caught.value)
+        again = place.simulate_system(System((sound,), ()), 0.1, 0.01)
+    assert again.columns["sound.y"].tolist() == [0.0, *[1.5] * 10]
+
+
 def test_the_other_process_gives_the_same_numbers_messages_and_errors(in_c, foreign, there):
     system = System(
         (Component("x", foreign["integrator"], {"x_0": 1.3}), Component("a", in_c["arrays"], {"u": 0.25})),

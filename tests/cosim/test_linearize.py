@@ -1,10 +1,12 @@
 """Linearisation against exact discretisations, and what is refused."""
 
 import re
+from dataclasses import replace
 
 import control
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from tsm_fmu import InputError, linearize
 from tsm_fmu.cosim.description import describe
@@ -12,6 +14,7 @@ from tsm_fmu.cosim.fmu_instance import FmuInstance
 from tsm_fmu.cosim.linearize import linearize as linearize_case
 from tsm_fmu.cosim.linearize import realised
 from tsm_fmu.cosim.master import simulate_system
+from tsm_fmu.cosim.ssp import write_ssp
 from tsm_fmu.cosim.system import Component, Connection, Experiment, System
 from tsm_fmu.cosim.unpack import unpacked
 from tsm_fmu.fmu.build import build_fmu
@@ -123,6 +126,47 @@ def test_loops_opened_together_are_the_matrix_of_the_open_loops(foreign):
     integrator = h / (z - 1.0)
     open_loop = found.frequency_response(np.array([2.1, 17.0]))
     np.testing.assert_allclose(open_loop, rates[:, :, None] * integrator, rtol=1e-5)
+
+
+@pytest.mark.parametrize("factor", [1.0, -0.35])
+def test_a_loop_has_its_margins_with_the_other_closed(foreign, factor):
+    """Two integrators through R: L_1 = r11 I - r12 I (1 + r22 I)^-1 r21 I, crossed where a search of its own finds it.
+
+    A factor on the way back scales what an output returns, and with it the gain that the loop needs.
+    """
+    h, r = 0.013, np.array([[2.7, 0.4], [-1.1, 1.9]])
+    system = coupled(foreign, r / factor)
+    links = [replace(c, factor=factor) if c.target in ("x0.u", "x1.u") else c for c in system.connections]
+    case = (replace(system, connections=tuple(links)), Experiment(1.0, h))
+    found = linearize_case(case, ("x0.u", "x1.u"), ("g00.y", "g11.y"), 0.26, opened=True, horizon=10.4)
+
+    def loop(omega, k):
+        j, integrator = 1 - k, h / (np.exp(1j * omega * h) - 1.0)
+        return integrator * r[k, k] - integrator**2 * r[k, j] * r[j, k] / (1.0 + r[j, j] * integrator)
+
+    for k in (0, 1):
+        crossover = brentq(lambda omega, k=k: np.log(abs(loop(omega, k))), 0.5, 20.0)
+        phase = 180.0 + np.degrees(np.angle(loop(crossover, k)))
+        assert found.margins(k).crossover == pytest.approx(crossover, rel=1e-4)
+        assert found.margins(k).phase_margin_deg == pytest.approx(phase, rel=1e-3)
+        alone = r[k, k]
+        assert abs(found.margins(k).crossover / alone - 1.0) > 0.02, "the other loop must matter"
+
+
+def test_margins_of_several_loops_are_in_the_answer_where_they_are_loops(foreign, tmp_path):
+    system, names = coupled(foreign), ["x0.u", "x1.u"]
+    path = write_ssp(tmp_path / "two.ssp", (system, Experiment(1.3, 0.013)))
+    found = linearize(path, 0.26, input=names, output=["g00.y", "g11.y"], horizon=6.5, out=tmp_path / "page")
+    assert (list(found.loops), found.margins) == (names, None)
+    assert found.as_json()["loops"]["x1.u"]["crossover"] == found.loops["x1.u"].crossover
+    assert "each loop with the others closed" in found.summary()
+    least = min(found.loops.values(), key=lambda m: m.phase_margin_deg)
+    assert found.report is not None
+    assert f"{least.phase_margin_deg:.3g} deg, of the loop at" in found.report.read_text()
+    crossed = linearize(path, 0.26, input=names, output=["g11.y", "g00.y"], horizon=0.65)  # these do not feed them
+    assert crossed.loops == {}
+    with pytest.raises(ValueError, match="expected loops that are open where their outputs return"):
+        crossed.linear.margins(1)
 
 
 def test_a_unit_that_gives_its_derivatives_is_linearised_by_them(in_c):

@@ -58,6 +58,22 @@ def test_fmus_take_the_place_of_a_component(loop, foreign, tmp_path):
         tsm.sweep(loop, {"flavour": ["native", "python"]}, workers=1)
 
 
+def test_flavours_of_a_scenario_give_the_same_numbers(tmp_path):
+    """The same kernels in C and in Python, at two loads; each flavour's FMUs are kept beside the table."""
+    grid = {"flavour": ["native", "python"], "load.k": [0.11, 0.19]}
+    table = tsm.sweep("mssp_feedforward", grid, case=["periodic.b065_law_1"], stop=0.05, out=tmp_path, workers=1)
+    table = table.to_frame()
+    assert table["flavour"].tolist() == ["native", "native", "python", "python"]
+    numbers = table.select_dtypes("number").drop(columns="load.k [N.m/rad]")
+    assert not table["failed"].any()
+    assert numbers.shape[1] > 10
+    np.testing.assert_array_equal(numbers[:2], numbers[2:])
+    assert (numbers.iloc[0] != numbers.iloc[1]).any()
+    assert {f.name for f in (tmp_path / "fmus").iterdir()} >= {"native", "python"}
+    with pytest.raises(InputError, match=r"flavour 'rust' -- expected one of native, python"):
+        tsm.sweep("mssp_feedforward", {"flavour": ["rust"]}, stop=0.05, workers=1)
+
+
 def test_a_seed_is_for_every_component_that_has_one(foreign, tmp_path):
     noise = Component("a", foreign["noise"]), Component("b", foreign["noise"], {"seed": 99})
     path = write_ssp(tmp_path / "noise.ssp", (System(noise, ()), TIMING))

@@ -8,6 +8,7 @@ import pytest
 
 import tsm_fmu as tsm
 from tsm_fmu import InputError
+from tsm_fmu.card import CardParameter, Correlation, ModelCard
 from tsm_fmu.cosim.cases import with_values
 from tsm_fmu.cosim.master import simulate_system
 from tsm_fmu.cosim.ssp import write_ssp
@@ -60,6 +61,22 @@ def test_points_of_a_sweep_choose_their_steps(plant, tmp_path):
         system = with_values({"one": (oscillator(plant), Experiment(0.5, 2e-5))}, {"load.k": str(k)})["one"][0]
         exact = np.std(simulate_system(system, 0.5, 2e-5, decimation=500).columns["motor.phi"])
         assert abs(near - exact) < 0.1 * abs(rough - exact)
+
+
+def test_draws_of_a_card_choose_their_steps(plant, tmp_path):
+    path = write_ssp(tmp_path / "oscillator.ssp", (oscillator(plant), Experiment(0.5, 1e-2)))
+    values = {"k": CardParameter(0.53, "N.m/rad", 0.04), "d": CardParameter(0.0, "N.m.s/rad")}
+    correlation = Correlation(("k",), ((1.0,),))
+    card = ModelCard("RotationalLoad", parameters=values, correlation=correlation)
+    given = {"cards": {"load": card}, "draws": 3, "seed": 7, "signal": "motor.phi", "workers": 1}
+    fixed, chosen = (tsm.monte_carlo(path, **given, **how) for how in ({}, {"step_error": 1e-5}))
+    assert [p.values for p in fixed.draws] == [p.values for p in chosen.draws]
+    for rough, near in zip(fixed.draws, chosen.draws, strict=True):
+        k = str(near.values["load.k"])
+        system = with_values({"one": (oscillator(plant), Experiment(0.5, 2e-5))}, {"load.k": k})["one"][0]
+        exact = np.std(simulate_system(system, 0.5, 2e-5, decimation=500, record=["motor.phi"]).columns["motor.phi"])
+        errors = [abs(p.metrics["motor.phi.std"].value / exact - 1.0) for p in (rough, near)]
+        assert errors[1] < 0.2 * errors[0]
 
 
 def test_few_long_steps_where_nothing_happens(plant):

@@ -157,6 +157,42 @@ def test_the_command_writes_one_table_one_page_and_a_card_without_covariance_is_
     assert err.count("\n") == 1
 
 
+def test_a_card_of_a_diagnosis_brings_its_effects(tmp_path):
+    """F = F_0(v) + f_v v: with f_v alone drawn the band is |v| wide, and its middle the sum of both laws."""
+    f_v, stderr, model = 0.83, 0.057, kernel("LuGreFriction")
+    values = model.named(model.params())
+    own = {p.name: CardParameter(values[p.name], p.quantity.unit) for p in model.parameters}
+    effect = {"viscous.f_v": (f_v, "N.s/m", stderr), "viscous.q": (0.0, "N", None), "viscous.p": (0.5, "1", None)}
+    card = ModelCard(
+        "LuGreFriction",
+        effects=("viscous",),
+        parameters={**own, **{n: CardParameter(*given) for n, given in effect.items()}},
+        correlation=Correlation(("viscous.f_v",), ((1.0,),)),
+    )
+    fmus = {
+        m: build_fmu(kernel(m), tmp_path, flavour="native", platforms=["linux64"])
+        for m in ("LuGreFriction", "ReferenceSignal")
+    }
+    speed = {"kind": 1, "amplitude_1": 0.37, "frequency_1": 0.9, "amplitude_2": 0.0, "amplitude_3": 0.0}
+    system = System(
+        (Component("speed", fmus["ReferenceSignal"], speed), Component("friction", fmus["LuGreFriction"])),
+        (Connection("speed.y", "friction.v", convert_units=False),),
+    )
+    path = write_ssp(tmp_path / "loop.ssp", (system, Experiment(stop=2.0, step=0.001)))
+    plain = tsm.run(path, jacobi=True).to_frame()
+    drawn = tsm.monte_carlo(path, {"friction": card}, draws=60, seed=3, signal="friction.F", jacobi=True, workers=1)
+    (found,) = drawn.bands.values()
+    rows = np.searchsorted(plain.index.to_numpy(), found.time - 1e-9)
+    v, force = (plain[name].to_numpy() for name in ("speed.y [rad]", "friction.F [N]"))
+    v = np.concatenate([[0.0], v[:-1]])  # what it gets a step later
+    values = np.array([point.values["friction.viscous.f_v"] for point in drawn.draws])
+    assert abs(values.mean() - f_v) < 4.0 * stderr / math.sqrt(60)
+    assert found.nominal == pytest.approx((force + f_v * v)[rows], abs=1e-9)
+    for share, quantile in zip((0.025, 0.25, 0.5, 0.75, 0.975), found.quantiles, strict=True):
+        edge = np.where(v > 0.0, np.quantile(values, share), np.quantile(values, 1.0 - share))
+        assert quantile == pytest.approx((force + edge * v)[rows], abs=1e-9)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

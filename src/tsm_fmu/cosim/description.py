@@ -7,7 +7,7 @@ import re
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -180,6 +180,13 @@ def describe(path: Path | str) -> Description:
     path = Path(path)
     if not path.is_file():
         raise InputError(f"FMU {path} -- expected an existing .fmu file -- build it with 'tsm-fmu build'")
+    state = path.stat()
+    return _described(path, state.st_mtime_ns, state.st_ctime_ns, state.st_size, state.st_ino)
+
+
+@lru_cache(maxsize=256)
+def _described(path: Path, *_state: int) -> Description:
+    """Of a file in this state, read once: a sweep asks for it at every point."""
     if not zipfile.is_zipfile(path):
         raise InputError(f"FMU {path} -- expected a zip archive -- the file is damaged or not an FMU; get it again")
     with opened(path):

@@ -284,6 +284,8 @@ class FmuInstance:
             self._fmu.process.kill()
         elif self._give_back is not None:
             self._give_back()
+            del self._fmu.process  # it ends when nothing holds it, and this one may be held in a circle
+        self._give_back = None
         self._stage = "closed"
         forget(self.name)
         return loss

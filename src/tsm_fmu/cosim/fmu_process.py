@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import multiprocessing
 import select
+from collections.abc import Iterator
+from contextlib import contextmanager
 from time import monotonic
 from typing import Any
 
@@ -20,6 +22,17 @@ MOST_IDLE = 8
 
 class ProcessLost(Exception):
     """The process of an FMU has gone; says how."""
+
+
+@contextmanager
+def _children_allowed() -> Iterator[None]:
+    """A worker of a cluster is a daemon, which may have no children lest they outlive it; ours end with their pipe."""
+    here = multiprocessing.current_process()
+    daemon, here.daemon = here.daemon, False
+    try:
+        yield
+    finally:
+        here.daemon = daemon
 
 
 class FmuProcess:
@@ -41,7 +54,7 @@ class FmuProcess:
         context = multiprocessing.get_context("spawn")  # a fork would inherit the threads of compiled kernels
         self._connection, other = context.Pipe()
         self._process: Any = context.Process(target=serve, args=(other,), daemon=True)
-        with without_main():
+        with without_main(), _children_allowed():
             self._process.start()
         other.close()
         self._poll: Any = None

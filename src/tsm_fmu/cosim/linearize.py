@@ -96,6 +96,9 @@ class Linear:
         Whether loops were open at the inputs.
     at : float
         The working point [s].
+    returns : tuple of float
+        Where loops are open and each output is what its input got, in the same order: the factors on the way from
+        output to input. Else empty.
     """
 
     model: Any
@@ -105,6 +108,7 @@ class Linear:
     units: tuple[tuple[str, ...], ...]
     opened: bool
     at: float
+    returns: tuple[float, ...] = ()
 
     @property
     def step(self) -> float:
@@ -127,10 +131,32 @@ class Linear:
         poles = [size for size in np.abs(self.model.poles()) if size > 0.0] or [1.0]
         return 0.01 * min(poles), 100.0 * max(poles)
 
-    def margins(self) -> Margins:
-        """Margins of the open loop, of one input and one output, within `range`."""
+    def margins(self, loop: int = 0) -> Margins:
+        """Margins of an open loop within `range`.
+
+        With L the response of one input and output, times what the loop's return is scaled by, those of L. With
+        several loops open, those of this one while the others are closed: their inputs u_o eliminated from
+        (1 + L) u = 0, L the matrix of all open loops,
+
+            L_k = L_kk - L_ko (1 + L_oo)^-1 L_ok
+
+        Raises
+        ------
+        ValueError
+            Several inputs or outputs that are not those of open loops (`returns` is empty).
+        """
         omega = np.geomspace(*self.range, 2000)[:-1]
-        return margins(self.frequency_response(omega), omega)
+        response = self.frequency_response(omega)
+        if self.single:
+            return margins(response * (self.returns or (1.0,))[0], omega)
+        if not self.returns:
+            raise ValueError("expected loops that are open where their outputs return")
+        matrix = np.moveaxis(response * np.array(self.returns)[:, None, None], -1, 0)
+        others = [k for k in range(len(self.returns)) if k != loop]
+        return_difference = np.eye(len(others)) + matrix[:, others][:, :, others]
+        through = np.linalg.solve(return_difference, matrix[:, others, loop][:, :, None])
+        around = (matrix[:, loop, others][:, None, :] @ through)[:, 0, 0]
+        return margins(matrix[:, loop, loop] - around, omega)
 
     def frequency_response(self, omega: Array) -> NDArray[np.complex128]:
         """The response at frequencies below the Nyquist frequency.
@@ -254,7 +280,9 @@ def linearize(
     model, unexplained = realised(mean, step, order)
     model = named(model, [f"{one.component}.{one.variable}" for one in found], looked_at)
     units = tuple(tuple(f"({y})/({one.unit})" for one in found) for y in output_units)
-    return Linear(model, mean, unexplained, asymmetry, units, any(one.cut for one in found), at)
+    fed = [".".join(one.link.source) if one.link is not None and one.cut else None for one in found]
+    returns = tuple(one.link.gain for one in found if one.link is not None) if fed == looked_at else ()
+    return Linear(model, mean, unexplained, asymmetry, units, any(one.cut for one in found), at, returns)
 
 
 def named(model: Any, inputs: Sequence[str], outputs: Sequence[str]) -> Any:

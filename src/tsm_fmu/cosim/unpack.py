@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import platform
 import re
 import shutil
 import tempfile
@@ -29,6 +30,7 @@ except ImportError:  # Windows removes nothing that a killed process left
     fcntl = None
 
 _PLAIN = re.compile(r"[A-Za-z0-9_./:\\~-]+")
+_SYSTEM = {"Windows": "win", "Darwin": "darwin"}.get(platform.system(), "linux")
 _PREFIX, _LOCK = "tsm_fmu_", ".in_use"
 LIMIT_VARIABLE = "TSM_FMU_UNPACK_GB"
 MOST_UNPACKED = 2.0
@@ -37,9 +39,19 @@ MOST_GROWTH, GROWTH_FROM = 100.0, 0.1
 """Nor what grows by more than this factor, from this size on [GB]: zeros, not a library."""
 
 
+_UNUSED = re.compile(
+    r"(documentation|sources|terminalsAndIcons|extra/org\.fmi-standard\.fmi-ls-ref)/"
+    r"|binaries/(\w+-)?(?P<system>darwin|linux|win)[^/]*/"
+)
+"""Members of an FMU that no simulation reads, and binaries, which are looked at once more: see `_needed`."""
+
+
 @contextmanager
 def unpacked(archive: Path, kind: str = "FMU") -> Iterator[Path]:
-    """Yield a folder with the contents of an FMU or SSP (``kind``); it is removed at the end.
+    """Yield a folder with an FMU or SSP (``kind``); it is removed at the end.
+
+    Of an FMU what a simulation here may read: no documentation, sources, icons, reference results, nor binaries of
+    other systems. Writing files is most of what a short run costs.
 
     Raises
     ------
@@ -55,7 +67,7 @@ def unpacked(archive: Path, kind: str = "FMU") -> Iterator[Path]:
             lock = stack.enter_context((folder / _LOCK).open("w"))
             fcntl.flock(lock, fcntl.LOCK_EX)
         with opened(archive, kind) as members:
-            members.extractall(folder)
+            members.extractall(folder, [n for n in members.namelist() if kind != "FMU" or _needed(n)])
         yield folder
 
 
@@ -78,6 +90,11 @@ def opened(archive: Path, kind: str = "FMU") -> Iterator[zipfile.ZipFile]:
         raise InputError(
             f"{kind} {archive} cannot be unpacked ({reason}) -- expected an undamaged zip archive -- get it again"
         ) from failure
+
+
+def _needed(member: str) -> bool:
+    found = _UNUSED.match(member)
+    return found is None or found["system"] == _SYSTEM  # 32 bits too: they may serve a library of 64
 
 
 def _check_names(archive: Path, kind: str, names: list[str]) -> None:

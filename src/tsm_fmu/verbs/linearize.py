@@ -71,7 +71,7 @@ class LinearizeResult:
 
     @property
     def margins(self) -> Margins | None:
-        """Margins, where one loop was open."""
+        """Margins, where one loop was open; `loops` has those of several."""
         return self.linear.margins() if self.linear.opened and self.linear.single else None
 
     @property
@@ -82,6 +82,13 @@ class LinearizeResult:
         omega = self._frequencies()
         return margins(np.asarray(self.design(1j * omega)), omega)
 
+    @property
+    def loops(self) -> dict[str, Margins]:
+        """Margins by input, of several loops open where their outputs return: of each with the others closed."""
+        if self.linear.single:
+            return {}
+        return {name: self.linear.margins(k) for k, name in enumerate(self.inputs[: len(self.linear.returns)])}
+
     def _frequencies(self, points: int = 2000) -> np.ndarray[Any, np.dtype[np.float64]]:
         return np.geomspace(*self.linear.range, points)[:-1]
 
@@ -89,18 +96,24 @@ class LinearizeResult:
     def _ports(self) -> str:
         return f"{', '.join(self.inputs)} -> {', '.join(self.outputs)}"
 
-    def rows(self) -> list[tuple[str, float, float | None, str]]:
-        """Margin, value, value of the design, unit."""
-        found, asked = self.margins, self.design_margins
-        if found is None:
-            return []
-        names = {
-            "crossover": "rad/s", "gain_margin_db": "dB", "phase_margin_deg": "deg", "delay_margin_s": "s",
+    def margin_table(self) -> tuple[tuple[str, ...], list[tuple[str | float, ...]]]:
+        """Heading and rows of the margins: of the loop and its design, or of each loop with the others closed."""
+        columns = dict(self.loops)
+        if self.margins is not None:
+            columns["co-simulation"] = self.margins
+            if self.design_margins is not None:
+                columns["design"] = self.design_margins
+        if not columns:
+            return (), []
+        fields = {
+            "crossover": ("crossover", "rad/s"), "gain_margin_db": ("gain margin", "dB"),
+            "phase_margin_deg": ("phase margin", "deg"), "delay_margin_s": ("delay margin", "s"),
         }  # fmt: skip
-        return [
-            (n.rsplit("_", 1)[0] if n != "crossover" else n, getattr(found, n), getattr(asked, n, None), unit)
-            for n, unit in names.items()
+        rows = [
+            (words, *(float(getattr(of, name)) for of in columns.values()), unit)
+            for name, (words, unit) in fields.items()
         ]
+        return ("margin", *columns, "unit"), rows
 
     def summary(self) -> str:
         """What was linearised, how well, and the margins, as text."""
@@ -116,13 +129,11 @@ class LinearizeResult:
                 f"not linear here: impulses up and down differ by {100 * linear.asymmetry:.2g} %; take another working "
                 "point, a shorter --horizon or another --amplitude"
             )
-        if rows := self.rows():
-            heading = ("margin", "value", *(("design",) if self.design is not None else ()), "unit")
-            cells = [
-                (n, f"{v:.5g}", *((f"{d:.5g}",) if self.design is not None and d is not None else ()), unit)
-                for n, v, d, unit in rows
-            ]
-            lines.append(text_table(heading, cells))
+        heading, rows = self.margin_table()
+        if rows:
+            if self.loops:
+                lines.append("each loop with the others closed:")
+            lines.append(text_table(heading, rows))
         return "\n".join(lines)
 
     def to_frame(self) -> pd.DataFrame:
@@ -167,6 +178,7 @@ class LinearizeResult:
             "asymmetry": linear.asymmetry,
             **{n: np.asarray(getattr(model, n)).tolist() for n in ("A", "B", "C", "D")},
             "margins": None if self.margins is None else asdict(self.margins),
+            "loops": {name: asdict(found) for name, found in self.loops.items()},
             "design": None if self.design_margins is None else asdict(self.design_margins),
             **({} if self.report is None else {"report": str(self.report)}),
         }  # fmt: skip
@@ -176,6 +188,13 @@ class LinearizeResult:
 
     def _answer(self) -> str:
         found, asked = self.margins, self.design_margins
+        if loops := self.loops:
+            name, least = min(loops.items(), key=lambda item: item[1].phase_margin_deg)
+            return (
+                f"At t = {self.linear.at:g} s the least phase margin of {len(loops)} loops, each with the others "
+                f"closed, is {least.phase_margin_deg:.3g} deg, of the loop at {name}, which crosses at "
+                f"{least.crossover:.4g} rad/s."
+            )
         if found is None:
             return " ".join(self.summary().splitlines()[: 1 + (self.linear.asymmetry > DOUBTFUL)])
         design = "" if asked is None else f" (design {asked.crossover:.4g} rad/s and {asked.phase_margin_deg:.3g} deg)"
@@ -186,8 +205,7 @@ class LinearizeResult:
 
     def write(self, folder: Path) -> Path:
         """Write the page into a folder and return its path."""
-        rows = [(n, v, *((d,) if self.design is not None else ()), unit) for n, v, d, unit in self.rows()]
-        heading = ("margin", "co-simulation", *(("design",) if self.design is not None else ()), "unit")
+        heading, rows = self.margin_table()
         tables = [Table(heading, rows)] if rows else []
         text = (
             "Gain and phase at the communication points, from one period within the response up to half the sampling "
@@ -231,7 +249,8 @@ def linearize(
         When the working point is reached [s].
     input, output : str or sequence of str, optional
         ``component.variable``, of an FMU the variable; without them those of the loop that a scenario was designed for.
-        From several inputs to several outputs loops are open at all the inputs at once.
+        From several inputs to several outputs loops are open at all the inputs at once; where each output is what its
+        input gets, in the same order, the margins of each loop with the others closed are found too.
     closed : bool
         Leave loops closed at the inputs: the response to disturbances that are added there.
     out : str or Path, optional

@@ -49,8 +49,7 @@ def run_points(
     KeyboardInterrupt
         Saying where the points until then are.
     """
-    # the workers of a cluster are replaced when they die
-    there = Simulations(how.isolate if how.scheduler is None else False, how.time_limit)
+    there = Simulations(how.isolate, how.time_limit)
     work = Work(system.cases, system.record, system.quantities, there.simulate_system, changes, settings, traced)
     kept = None if folder is None else Kept(folder / f"{kind}.points.jsonl", sweeping.identity(work, points))
     done = {} if kept is None else {n: Point.from_plain(plain) for n, plain in kept.results.items()}

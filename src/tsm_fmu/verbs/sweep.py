@@ -156,7 +156,6 @@ def sweep(
         Local processes that do the points; one a processor without it, 1: this one.
     scheduler : str, optional
         Address of a Dask scheduler whose workers do the points, as in ``tcp://host:8786``; they see the same folders.
-        An FMU that takes its worker with it fails its point; ``isolate`` and ``time_limit`` are for runs here.
     notes : callable
         Told how many points were kept from before.
 

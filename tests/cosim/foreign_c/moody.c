@@ -4,6 +4,7 @@ mood 1: a discarded step that ends the simulation at t_end (as Stair of the Refe
 mood 2: a discarded step without more
 mood 3: the code exits the process at t_end     mood 4: it accesses memory that is not its own
 mood 5: it never returns from the step   mood 6: as 4, when it is terminated
+An instance with the name "crash" or "hang" does so while it is made.
 fmi2SetupExperiment puts all variables to their defaults, as 20-sim does. */
 #include <stdlib.h>
 #include <string.h>
@@ -18,6 +19,8 @@ const char *fmi2GetVersion(void) { return "2.0"; }
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String place,
                               const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging) {
     Unit *unit = calloc(1, sizeof(Unit));
+    if (strcmp(name, "crash") == 0) *(volatile int *)8 = 1;
+    while (strcmp(name, "hang") == 0) {}
     defaults(unit);
     return unit;
 }
