@@ -24,7 +24,7 @@ import fmpy
 from tsm_fmu.cosim import master
 from tsm_fmu.cosim.description import describe
 from tsm_fmu.cosim.ssp import open_ssp
-from tsm_fmu.cosim.system import System
+from tsm_fmu.cosim.system import Component, Connection, System, check_system
 
 Values = dict[str, float]
 """Real outputs at the end by ``component.variable``."""
@@ -145,7 +145,7 @@ def container_fmu(system: System, step: float, folder: Path) -> Path:
     for component in system.components:
         (folder / files[component.name]).symlink_to(component.fmu.resolve())
     links = [(*c.source.split("."), *c.target.split(".")) for c in system.connections]
-    assert all((c.factor, c.offset) == (1.0, 0.0) for c in system.connections), "a container has no factors"
+    assert all((c.factor, c.offset) == (1.0, 0.0) for c in system.connections), "factors: `with_gains`"
     plan = {
         "name": "system", "step_size": step, "auto_link": False, "auto_input": False, "auto_output": False,
         "auto_parameter": False, "auto_local": False, "fmu": list(files.values()),
@@ -159,6 +159,20 @@ def container_fmu(system: System, step: float, folder: Path) -> Path:
     (folder / "system.json").write_text(json.dumps(plan), encoding="utf-8")
     Assembly("system.json", fmu_directory=folder).make_fmu(filename="system.fmu")
     return folder / "system.fmu"
+
+
+def with_gains(system: System, gain: Path) -> System:
+    """The same with a `Sum` in each connection that has a factor, for masters whose connections have none."""
+    components, connections = list(system.components), []
+    for number, (c, link) in enumerate(zip(system.connections, check_system(system).links, strict=True)):
+        if (c.factor, c.offset) == (1.0, 0.0):
+            connections.append(c)
+            continue
+        assert link.offset == 0.0
+        name = f"gain_{number}"
+        components.append(Component(name, gain, {"k1": link.gain, "u2": 0.0, "u3": 0.0}))
+        connections += [Connection(c.source, f"{name}.u1"), Connection(f"{name}.y", c.target)]
+    return replace(system, components=tuple(components), connections=tuple(connections))
 
 
 def real_outputs(ssp: Path) -> dict[str, dict[str, int]]:
