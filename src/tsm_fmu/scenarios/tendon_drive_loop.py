@@ -160,4 +160,6 @@ def write_scenario_report(
         loop_figure(curves, "Drive torque over angle", "motor [deg]", "tau_in [N.m]"),
     ]
     sections = [Section("Tracking and work", text, (Table(heading, rows),), figures), *beside["ending"]]
-    return write_report(path, "Tendon drive loop", f"{len(runs)} closed loops.", sections, {"tsm-fmu": __version__})
+    errors = ", ".join(f"{name} {metrics[name].tracked().std:.3g}" for name in runs)
+    answer = f"Tracking error of the distal angle, standard deviation [deg]: {errors}."
+    return write_report(path, "Tendon drive loop", answer, sections, {"tsm-fmu": __version__})
