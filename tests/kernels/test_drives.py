@@ -11,6 +11,7 @@ from fmpy import read_model_description
 from tsm_fmu.card import ModelCard, read_card, write_card
 from tsm_fmu.effects import EFFECTS, id_of, place_of, words
 from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.kernels import compiled_cache
 from tsm_fmu.kernels.chain import attach, chain
 from tsm_fmu.kernels.drives import Drive, read_drives, text_of
 from tsm_fmu.kernels.kernel import kernel
@@ -104,3 +105,10 @@ def test_inputs_that_no_effect_uses_change_nothing() -> None:
     assert [v.name for v in listening.inputs] == ["v", "T_in", "q"]
     found = listening.simulate(listening.params(None, {}), t, inputs)
     assert np.array_equal(found, plain.simulate(plain.params(None, {}), t, inputs[:, :1]))
+
+
+def test_a_chain_driven_by_a_column_is_made_where_nothing_can_be_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compiled_cache, "folder", lambda: None)
+    k = chain("LuGreFriction", ("load_dependence~T_nowhere[N]",))
+    assert (k.inputs[-1].name, k.inputs[-1].quantity.unit) == ("T_nowhere", "N")
+    assert k.module.__file__ == f"<{k.module.__name__.rpartition('.')[2]}>"

@@ -93,7 +93,9 @@ def _module(name: str, source: str) -> ModuleType:
     module.__package__ = models.__name__
     module.__file__ = f"<{name}>"
     linecache.cache[module.__file__] = (len(source), None, source.splitlines(keepends=True), module.__file__)
-    exec(compile(source, module.__file__, "exec"), module.__dict__)  # noqa: S102  our own text, names from the registry
+    # with this file's own annotations as texts, those of a driven chain would be looked up in no module
+    code = compile(source, module.__file__, "exec", dont_inherit=True)
+    exec(code, module.__dict__)  # noqa: S102  our own text, names from the registry
     return module
 
 
