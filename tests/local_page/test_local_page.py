@@ -53,6 +53,11 @@ def test_a_mapping_gives_the_record_that_read_record_gives(log, tmp_path):
         session.add_log(f"../{log.name}", b"")
     with pytest.raises(tsm.InputError, match="has no column"):
         session.map_log(log.name, {"ghost": "x_in [deg]"})
+    for mapping in ({}, {"t": "time"}, {"t": "time [V]"}, {"t": " [s]"}, {"t": "joint"}, {"ghost": "x_in [deg]"}):
+        with pytest.raises(tsm.InputError) as refused:
+            session.map_log(log.name, mapping)
+        assert "--" not in str(refused.value).replace(" -- ", "")  # a person with a mouse has no options
+        assert str(refused.value).count(" -- ") == 2
     assert session.maps[log.name] == MAPPING
     assert {p.name for p in tmp_path.rglob("*") if p.is_file()} == {log.name}
 
@@ -161,6 +166,8 @@ def test_from_drop_to_download(address, log, browser, tmp_path):
     page.dispatch_event("#drop", "drop", {"dataTransfer": transfer})
     page.get_by_role("heading", name=log.name).wait_for()
     page.get_by_role("alert").filter(has_text="expected").wait_for()  # what the log does not say is asked for
+    assert not page.locator("iframe").is_visible()  # nothing to show yet: no blank
+    assert page.get_by_label("what column t is").input_value() == "time"  # proposed without being asked
     for column, name, unit in (("t", "time", "s"), ("motor", "x_in", "deg"), ("joint", "x_out", "deg")):
         page.get_by_label(f"what column {column} is").select_option(name)
         page.get_by_label(f"unit of column {column}").fill(unit)

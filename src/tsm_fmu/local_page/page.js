@@ -16,7 +16,7 @@ const logs = new Map();
 
 function presets() {
   pick("preset").replaceChildren(...chosen().presets.map(p => new Option(p, p)));
-  for (const log of logs.values()) log.offer();
+  for (const log of logs.values()) { log.offer(); log.propose(false); }
 }
 pick("model").addEventListener("change", presets);
 
@@ -41,22 +41,28 @@ function show(log) {
     const name = make("select"), unit = make("input", { size: 8, value: column.unit });
     name.setAttribute("aria-label", `what column ${column.name} is`);
     unit.setAttribute("aria-label", `unit of column ${column.name}`);
-    for (const input of [name, unit]) input.addEventListener("change", preview);
+    const cell = { column, name, unit, own: false };
+    for (const input of [name, unit]) input.addEventListener("change", () => { cell.own = true; preview(); });
     rows.append(make("tr", {}, make("td", { textContent: column.name }), make("td", {}, name), make("td", {}, unit)));
-    return { column, name, unit };
+    return cell;
   });
   const head = make("thead", {}, make("tr", {}, ...["column", "is", "unit"].map(t => make("th", { textContent: t, scope: "col" }))));
-  const guess = make("button", { type: "button", textContent: "Propose a mapping" });
-  guess.addEventListener("click", async () => {
+  const guess = make("button", { type: "button", textContent: "Propose a mapping" }), guessed = make("p", { className: "soft" });
+  async function propose(all) {  // of its own accord it leaves alone what a person has chosen
+    const model = chosen().name;
     try {
-      const guesses = await ask(`logs/${encodeURIComponent(log.name)}/proposal?model=${chosen().name}`);
-      for (const { column, name, unit } of cells) {
+      const guesses = await ask(`logs/${encodeURIComponent(log.name)}/proposal?model=${model}`);
+      if (model !== chosen().name) return;
+      for (const { column, name, unit, own } of cells) {
         const [, to, in_] = /^(\S+)(?: \[(.*)\])?$/.exec(guesses[column.name] ?? "") ?? [];
-        if (to) { name.value = to; unit.value = in_ ?? unit.value; }
+        if (!to || (own && !all)) continue;
+        name.value = to; unit.value = in_ ?? unit.value;
+        guessed.textContent = "Filled in from names, units and correlations: correct what is not so.";
       }
       preview();
     } catch (wrong) { error.textContent = wrong.message; }
-  });
+  }
+  guess.addEventListener("click", () => propose(true));
   const offer = () => {
     for (const { column, name } of cells) {
       const before = name.value, known = ["time", ...chosen().variables.map(v => v.name)];
@@ -73,15 +79,17 @@ function show(log) {
       const seen = await post(`logs/${encodeURIComponent(log.name)}/map`, mapping);
       error.textContent = "";
       found.textContent = [seen.summary, ...seen.notes].join("\n");
+      shown.hidden = false;
       picture.src = `logs/${encodeURIComponent(log.name)}/picture?at=${performance.now()}`;
       say(`${log.name}: ${Object.entries(seen.channels).map(([n, u]) => `${n} in ${u}`).join(", ")}`);
-    } catch (wrong) { error.textContent = wrong.message; found.textContent = ""; }
+    } catch (wrong) { error.textContent = wrong.message; found.textContent = ""; shown.hidden = true; }
   }
-  logs.set(log.name, { role, offer, mapped: () => sent });
+  logs.set(log.name, { role, offer, propose, mapped: () => sent });
   offer();
-  pick("logs").append(make("div", { className: "log" }, make("h3", { textContent: log.name }), role, " ", guess,
-    make("table", {}, head, rows), error, make("h4", { textContent: "What it shows, and cannot show" }), found, picture));
-  preview();
+  const shown = make("div", { hidden: true }, make("h4", { textContent: "What it shows, and cannot show" }), found, picture);
+  pick("logs").append(make("div", { className: "log" }, make("h3", { textContent: log.name }), role, " ", guess, guessed,
+    make("table", {}, head, rows), error, shown));
+  propose(false);
 }
 
 const drop = pick("drop");

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
@@ -15,6 +16,8 @@ from ..models import MODELS
 from ..models.contract import InputError
 from ..verbs.check import check, propose
 from .job import Job, Maps, Request
+
+_ON_THE_PAGE = "choose its name and write its unit in the table of columns"
 
 
 @dataclass
@@ -112,9 +115,10 @@ class Session:
 
 
 def _by_name(wrong: InputError, path: Path) -> InputError:
-    """The error with the name of the log as it was dropped."""
-    text = str(wrong).replace(f"{path.parent}/", "")
-    return InputError(text)
+    """The error with the name of the log as it was dropped, and what to do on the page instead of on a command line."""
+    parts = str(wrong).replace(f"{path.parent}/", "").split(" -- ")
+    parts[1:] = [_ON_THE_PAGE if "--map" in part else part for part in parts[1:]]
+    return InputError(re.sub(r"^--map:? ", "", " -- ".join(parts)))
 
 
 def models() -> list[dict[str, Any]]:
