@@ -101,6 +101,9 @@ def test_many_rigs_give_one_table_and_a_killed_batch_goes_on(rigs, tmp_path, cap
     alone = tsm.identify("PairedTsmBacklash", rigs.parent / "south.csv")
     assert table.loc["south", "c [1]"] == pytest.approx(alone.parameters["c"], rel=1e-9)
     assert tsm.read_card(out / "south" / "card.toml").parameters["c"].value == table.loc["south", "c [1]"]
+    errors = table["measured rmse x_out [rad]"].drop("lost")
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert f"from {errors.min():.3g} to {errors.max():.3g} rad, largest at {errors.idxmax()}." in page
     assert {p.name for p in out.iterdir()} == {"rigs.csv", "rigs.parquet", "report.html", "north", "south", "lost"}
 
 

@@ -8,12 +8,13 @@ import re
 
 import numpy as np
 import pytest
+from bokeh.models import Range1d
 from PIL import Image
 
 from tests.browser import LARGEST, assert_readable, needs_chromium, opened
 from tsm_fmu import InputError
 from tsm_fmu.report import Line, Section, Table, bar_figure, loop_figure, time_figure, write_report
-from tsm_fmu.report.draw import legend, thinned
+from tsm_fmu.report.draw import _plot, legend, thinned
 from tsm_fmu.report.panel import Panel
 
 
@@ -152,3 +153,13 @@ def test_numbers_at_bars_are_as_light_as_the_text_in_the_dark(tmp_path):
         shot = window.locator("[data-plot]").screenshot()
     lightest = np.asarray(Image.open(io.BytesIO(shot)).convert("L")).max()
     assert lightest > 215, "the text is e3e8ed, the axes a3afba"
+
+
+@pytest.mark.parametrize(("values", "shown"), [((-3.2, -3.2 + 1e-7), 1.0), ((2.0, 2.0), 1.0), ((-40.0, 20.0), None)])
+def test_an_axis_does_not_blow_up_rounding_noise(values, shown):
+    axis = _plot(Panel(lines=[Line("gain", (1.0, 2.0), values)], y_span=1.0), 1000).y_range
+    if shown is None:
+        assert not isinstance(axis, Range1d)
+    else:
+        assert axis.end - axis.start == pytest.approx(shown)
+        assert axis.start < min(values) <= max(values) < axis.end

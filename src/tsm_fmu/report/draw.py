@@ -93,6 +93,12 @@ def _plot(panel: Panel, most_points: int) -> Any:
     axis: dict[str, Any] = {"y_range": list(panel.bars)[::-1]} if panel.bars else {}
     if panel.log_x:
         axis["x_axis_type"] = "log"
+    drawn_at = [np.ravel(np.asarray(line.y, dtype=float)) for line in panel.lines]
+    seen = np.concatenate(drawn_at) if drawn_at else np.empty(0)
+    seen = seen[np.isfinite(seen)]
+    if seen.size and np.ptp(seen) < panel.y_span:
+        middle = float(seen.min() + seen.max()) / 2.0
+        axis["y_range"] = (middle - panel.y_span / 2.0, middle + panel.y_span / 2.0)
     hover = HoverTool(tooltips=[("x", "$x"), ("y", "$y")])
     tools = [BoxZoomTool(), PanTool(), WheelZoomTool(), hover, ResetTool(), SaveTool()]
     plot = figure(

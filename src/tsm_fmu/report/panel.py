@@ -95,6 +95,8 @@ class Panel:
     steps: Steps | None = None
     cells: Cells | None = None
     height: int = 320
+    y_span: float = 0.0
+    """Least height of the vertical axis, in its unit: a smaller range is shown within it, not blown up."""
     log_x: bool = False
 
 

@@ -273,5 +273,25 @@ def _page(folder: Path, verb: str, model: str, rigs: Sequence[RigResult]) -> Pat
     text = f"{len(rigs)} rigs, {failed} failed. rigs.parquet has the same table; each rig has a folder of its own."
     section = Section("Rigs", text, [*tables, Table(header, rows, "One row for each rig.")])
     title = f"{verb} of {Path(model).name} over {len(rigs)} rigs"
-    return write_report(folder / "report.html", title, f"{len(rigs)} rigs, {failed} failed.", [section],
-                        {"tsm-fmu": __version__})  # fmt: skip
+    return write_report(folder / "report.html", title, _answer(rigs), [section], {"tsm-fmu": __version__})
+
+
+def _answer(rigs: Sequence[RigResult]) -> str:
+    """How many rigs failed; of the others the range of each error with its worst rig, or who has which effect."""
+    good = [rig for rig in rigs if not rig.failed]
+    parts = [f"{len(rigs)} rigs, {len(rigs) - len(good)} failed."]
+    for name in dict.fromkeys(name for rig in good for name in rig.values if " rmse " in name):
+        found = sorted((float(rig.values[name]), rig.rig) for rig in good if name in rig.values)
+        unit = name.partition(" [")[2].rstrip("]")
+        if found:
+            (least, _), (most, worst) = found[0], found[-1]
+            parts.append(f"{name.partition(' [')[0]} from {least:.3g} to {most:.3g} {unit}, largest at {worst}.")
+    for column, without in (("effects", "nothing named"), ("moving", "nothing moves")):
+        having: dict[str, list[str]] = {}
+        for rig in good:
+            for one in str(rig.values.get(column, "")).split(", ") if column in rig.values else ():
+                having.setdefault(one or without, []).append(rig.rig)
+        most_first = sorted(having.items(), key=lambda item: -len(item[1]))
+        parts += [f"{one}: {len(names)} of {len(good)} rigs ({', '.join(names[:5])}{', ...' * (len(names) > 5)})."
+                  for one, names in most_first]  # fmt: skip
+    return " ".join(parts)

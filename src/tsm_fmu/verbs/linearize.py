@@ -166,7 +166,7 @@ class LinearizeResult:
             ]  # fmt: skip
             if self.design is not None:
                 lines.append(Line("design", omega, table[f"design {name}"].to_numpy(), dashed=True, colour=1))
-            panels.append(Panel("frequency [rad/s]", name, lines=lines, log_x=True))
+            panels.append(Panel("frequency [rad/s]", name, lines=lines, log_x=True, y_span=1.0))
         return Figure(f"Bode plot of {self._ports}", tuple(panels), common_x=True)
 
     def as_json(self) -> dict[str, Any]:
