@@ -2,6 +2,7 @@
 
 import errno
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -28,6 +29,11 @@ WRITING = {
     "run theirs.ssp --stop 0.1 --out new": "results.csv",
     f"batch identify {MODEL} --table rigs.csv --workers 1 --out new": "rigs.points.jsonl",
     "sweep theirs.ssp --stop 0.1 --vary unit.x_0=0.01:0.02:2 --out new": "sweep.points.jsonl",
+    "monte-carlo theirs.ssp --card unit=card.toml --signal unit.x_out --stop 0.1 --draws 2 --workers 1 --out new": (
+        "monte-carlo.points.jsonl"
+    ),
+    "linearize theirs.ssp --at 0.1 --input unit.x_in --output unit.x_out --out new": "report.html",
+    "track card.toml log0.csv log1.csv log2.csv log3.csv log4.csv --out new": "track",
 }
 
 
@@ -45,6 +51,8 @@ def lab(tmp_path_factory):
     fmu = tsm.export(found, folder / "unit.fmu", flavour="python")
     case = System((Component("unit", Path(fmu), {}),), (), "theirs"), Experiment(stop=0.1, step=0.01)
     write_ssp(folder / "theirs.ssp", case)
+    for number in range(5):
+        shutil.copy(folder / "log.csv", folder / f"log{number}.csv")
     (folder / "rigs.csv").write_text("rig,measured\na,log.csv\nb,log.csv\n")
     (folder / "results").mkdir()
     found.write_card(folder / "results" / "card.toml")
@@ -81,6 +89,32 @@ def test_no_room_is_one_line_that_names_the_file_and_nothing_changes(lab, monkey
     assert WRITING[line] in refusals[0]
     assert refusals[0].count(" -- ") >= 2
     assert "Traceback" not in said.err
+    assert state(lab) == before
+
+
+READ_ONLY = (*WRITING, f"diagnose {MODEL} --measured log.csv --out new",
+    "reproduce --paper mmt2015 --quick --out new")  # fmt: skip
+
+
+@pytest.mark.parametrize("line", READ_ONLY)
+def test_a_read_only_folder_is_one_line_before_any_work(lab, monkeypatch, capsys, line):
+    """A verb that would compute first and refuse then loses what it computed."""
+    monkeypatch.chdir(lab)
+    before, access = state(lab), os.access
+    monkeypatch.setattr(
+        os,
+        "access",
+        lambda path, mode, **more: (
+            not (mode & os.W_OK and Path(path).resolve().is_relative_to(lab)) and access(path, mode, **more)
+        ),
+    )
+    assert run(line.split()) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    *notes, refusal = said.err.splitlines()
+    assert all(note.startswith("log: ") for note in notes)  # how a log was read
+    assert refusal.startswith("tsm-fmu: ")
+    assert refusal.count(" -- ") == 2
     assert state(lab) == before
 
 

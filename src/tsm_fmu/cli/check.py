@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ..logs.whole_file import write_whole
+from ..logs.whole_file import check_folder, write_whole
 from ..models.contract import InputError
 from .app import AsJson, app, print_json
 from .runs import Cutoff, Map, Run, Scale, Start, Stop, read_runs
@@ -52,10 +52,11 @@ def _propose(runs: list[Path], model: str, out: Path | None) -> None:
 
     if len(runs) != 1:
         raise InputError(f"--model with {len(runs)} runs -- expected one, for whose folder it is -- give one run")
+    if out is not None:
+        if out.exists():
+            raise InputError(f"--out {out} exists -- expected a new file -- remove it or choose another name")
+        check_folder(out.parent)
     text = propose(runs[0], model).text()
     typer.echo(text, nl=False)
-    if out is None:
-        return
-    if out.exists():
-        raise InputError(f"--out {out} exists -- expected a new file -- remove it or choose another name")
-    write_whole(out, text)
+    if out is not None:
+        write_whole(out, text)

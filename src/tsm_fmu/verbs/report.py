@@ -14,6 +14,7 @@ from ..card import read_card
 from ..logs.mapping import MAPPING_FILE
 from ..logs.record import read_record
 from ..logs.table import read_table
+from ..logs.whole_file import check_folder
 from ..models.contract import InputError
 from ..report.figures import Line, time_figure
 from ..report.page import Section, Table, write_report
@@ -32,6 +33,7 @@ def write_folder_report(folder: Path) -> Path:
     """
     if not folder.is_dir():
         raise InputError(f"{folder} -- expected a folder of results -- give the DIR or the folder of --out of a verb")
+    check_folder(folder)
     sections, others = [], []
     for path in sorted(p for p in folder.iterdir() if p.is_file() and p.name != PAGE):
         section = _section(path)
