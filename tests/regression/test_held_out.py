@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tsm_fmu.kernels.kernel import kernel
-from tsm_fmu.regression.held_out import settled
+from tsm_fmu.regression.held_out import held_out_errors, settled
 from tsm_fmu.regression.problem import FitRun, Problem
 from tsm_fmu.regression.specification import per_run_fields, search_space
 
@@ -53,3 +55,17 @@ def test_an_offset_far_from_those_of_the_runs_fitted_is_found(offset: float) -> 
     fitted, table = problem(6.1, [(0.31, 0.07), (0.22, -0.04)])
     row = settled(fitted, table, run("held out", 5, offset, 6.1, 0.05), fitted.per_run)
     assert of(fitted, row, "x_0") == pytest.approx(offset, abs=0.03)
+
+
+def test_the_first_two_seconds_are_not_scored_and_the_rest_is_measured_minus_simulated() -> None:
+    fitted, table = problem(6.1, [(0.31, 0.07), (0.22, -0.04)])
+    asked = run("held out", 5, 0.9, 6.1, 0.05)
+    shifted = replace(asked, time=asked.time + 41.3)  # seconds from its own start
+    for one in (asked, shifted):
+        (errors,) = held_out_errors(fitted, table, [one], fitted.per_run)
+        assert errors.shape == (np.count_nonzero(one.time - one.time[0] >= 2.0), 1)
+        assert np.std(errors) == pytest.approx(0.02 * np.sqrt(2.0 / 3.0), rel=0.3)  # the wander, linear between draws
+    late = np.where(asked.time[:, None] >= 2.0, asked.targets + 0.43, asked.targets)
+    (moved,) = held_out_errors(fitted, table, [replace(asked, targets=late)], fitted.per_run)
+    (before,) = held_out_errors(fitted, table, [asked], fitted.per_run)
+    assert moved - before == pytest.approx(0.43, abs=1e-9)  # what comes later gives the run nothing of its own

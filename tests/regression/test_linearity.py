@@ -77,6 +77,17 @@ def test_a_step_of_the_probe_is_a_part_of_the_range_that_bounds_leave(monkeypatc
         assert 0.0 < max(moves[name]) <= 0.8 * (hi - lo) * (1.0 + 1e-9)
 
 
+@pytest.mark.parametrize(("part", "shown"), [(2e-6, False), (2e-5, True)])
+def test_a_parameter_that_hardly_moves_the_outputs_is_searched(
+    monkeypatch: pytest.MonkeyPatch, part: float, shown: bool
+) -> None:
+    """Less than a millionth of the outputs shows no form, however straight: a step is 0.067 to 0.45 of the value."""
+    problem = excited("PairedTsmBacklash", ("x_out",), fixed=("alpha", "beta", "x_0", "x_h_0"))
+    at, value = problem.fields.index("c"), problem.space["c"].start
+    monkeypatch.setattr(Problem, "outputs", lambda _, k, row: np.array([[-3.7], [3.7 * part * row[at] / value]]))
+    assert linear_parameters(problem) == ({"c"} if shown else set())
+
+
 def test_a_product_of_two_parameters_is_not_eliminated_as_a_pair() -> None:
     """k_x, k_zeta, upsilon and F_0 act linearly, force_scale on their sum: never both."""
     found = linear_parameters(excited("PairedTsmFriction", ("F",)))

@@ -91,6 +91,21 @@ def test_differences_at_a_bound_are_taken_inside(
     assert max(asked) <= max(bounds.values())
 
 
+def test_the_slope_of_a_linear_parameter_is_the_same_on_either_side_of_zero(two_runs: Problem) -> None:
+    """D x_out / d x_0 = 1 at any x_0, small and large, negative too; residuals are measured minus simulated."""
+    only = replace(two_runs, space=two_runs.space.freeing_only(["x_0"]))
+    scales, column = sensitivity_scales(only), only.fields.index("x_0")
+    for value in (-0.31, -1e-3, 0.0, 1e-3, 0.31):
+        table = only.start()
+        table[:, column] = value
+        base = only.residuals(list(enumerate(table)))
+        found = residual_jacobian(only, table, base, ["x_0"], scales)
+        expected = np.zeros((551, 2))
+        expected[:211, 0] = expected[211:, 1] = found[0, 0]
+        assert abs(found[0, 0]) == pytest.approx(only.weights[0], rel=1e-5)
+        assert found == pytest.approx(expected, rel=1e-5, abs=1e-5 * abs(found[0, 0]))
+
+
 def test_the_scale_of_a_parameter_that_does_nothing_is_infinite(two_runs: Problem) -> None:
     still = [replace(run, inputs=np.zeros_like(run.inputs)) for run in two_runs.runs]
     scales = sensitivity_scales(replace(two_runs, runs=still))
