@@ -21,6 +21,7 @@ import importlib
 import json
 import os
 import random
+import re
 import resource
 import shutil
 import signal
@@ -110,12 +111,24 @@ def copied() -> Path:
 
 
 def mirrored(path: Path, root: Path) -> list[str]:
-    """Tests that mirror a file or folder of the package: those of its folder; without one, those called after it."""
+    """Tests that mirror a file or folder of the package: those of its folder, and those elsewhere that import a module
+    of it, or are called after one, which its folder's tests are not; without a folder, those called after it.
+    """
     parts = path.relative_to(PACKAGE).parts
     folder = root / "tests" / parts[0]
     if folder.is_dir():
-        return [str(folder.relative_to(root))]
+        own = set[str]().union(*(_modules(parts[0], f) for f in folder.rglob("*.py")))
+        own |= {f.stem for f in folder.rglob("test_*.py")}
+        others = sorted(f for f in (root / "tests").rglob("test_*.py") if folder not in f.parents)
+        return [str(f.relative_to(root)) for f in (folder, *(f for f in others if _modules(parts[0], f) - own))]
     return [str(f.relative_to(root)) for f in sorted((root / "tests").glob(f"test_*{path.stem}*.py"))]
+
+
+def _modules(folder: str, tests: Path) -> set[str]:
+    """Modules of a folder of the package that a file of tests imports, and its own name where one is called so."""
+    text, place = tests.read_text(encoding="utf-8"), ROOT / PACKAGE / folder
+    named = {tests.stem} if any(place.rglob(f"{tests.stem.removeprefix('test_')}.py")) else set[str]()
+    return named | set(re.findall(rf"^\s*(?:from|import) tsm_fmu\.({folder}\.[\w.]+)", text, re.M))
 
 
 def named_after(file: Path, tests: Iterable[str]) -> list[str]:

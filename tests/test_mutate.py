@@ -25,12 +25,16 @@ def mutate():
         ("models/unit_text.py", ["tests/models"]),
         ("checking/power.py", ["tests/checking"]),
         ("checking", ["tests/checking"]),
+        ("batching/cluster.py", ["tests/batching", "tests/cosim/test_cluster.py"]),
         ("card.py", ["tests/test_card.py"]),
         ("__main__.py", []),
     ],
 )
 def test_tests_are_those_of_the_folder_else_those_called_after_the_file(mutate, file, tests):
-    assert mutate.mirrored(mutate.PACKAGE / file, ROOT) == tests
+    found = mutate.mirrored(mutate.PACKAGE / file, ROOT)
+    assert found[: len(tests)] == tests  # then files elsewhere that import what the folder's own do not
+    assert bool(found) == bool(tests)
+    assert len(set(found)) == len(found)
 
 
 TEXT = '''"""Text."""
