@@ -30,7 +30,7 @@ WRITING = {
     f"batch identify {MODEL} --table rigs.csv --workers 1 --out new": "rigs.points.jsonl",
     "sweep theirs.ssp --stop 0.1 --vary unit.x_0=0.01:0.02:2 --out new": "sweep.points.jsonl",
     "monte-carlo theirs.ssp --card unit=card.toml --signal unit.x_out --stop 0.1 --draws 2 --workers 1 --out new": (
-        "monte-carlo.points.jsonl"
+        "draws.points.jsonl"
     ),
     "linearize theirs.ssp --at 0.1 --input unit.x_in --output unit.x_out --out new": "report.html",
     "track card.toml log0.csv log1.csv log2.csv log3.csv log4.csv --out new": "track",
