@@ -39,7 +39,7 @@ class Case:
         One run each; the last one is held out.
     rows : int
         Samples of a run.
-    scale, pace, dip
+    scale, pace, dip, loaded
         As in `rigs.signals`.
     known : bool
         The parameters of `KNOWN` are right, and fixed.
@@ -56,6 +56,7 @@ class Case:
     scale: float = 1.0
     pace: float = 1.0
     dip: bool = False
+    loaded: float = 1.0
     known: bool = False
     also: tuple[str, ...] = ()
 
@@ -81,6 +82,9 @@ def catalogue() -> list[Case]:
     long = Case("", "", scale=9.3, pace=0.4, rows=2500)
     work = Case("", "", motions=("work_rest", "work_rest"), rows=2500)
     every = (*FORCE, *DRIVES)
+    unloaded = Case("", "", loaded=0.1)  # beside a load, what follows a reversal is a small part of a torque
+    paced = replace(unloaded, motions=("paced", "paced"), rows=2500)  # at one pace a lag of the channel does the same
+    drifting = ("strokes", "nested", "sines")  # one run alone may as well creep back from where it began
     return [
         *_friction(Case("coulomb", "", known=True), DRIVES),  # elsewhere it is an error of the channel's gain
         *_friction(Case("viscous", ""), FORCE[1:4]),  # the others have it
@@ -88,14 +92,14 @@ def catalogue() -> list[Case]:
         *_friction(Case("acceleration_branches", "", motions=("sines", "strokes")), every),
         *_friction(Case("inertia", "", motions=("sweep", "sines")), every),
         Case("friction_lag", "LuGreFriction", share=0.08, motions=("sines", "sines"), dip=True, pace=1.6),
-        *_friction(Case("presliding_shape", "", share=0.2, motions=("nested", "sines"), known=True), every),
-        *_friction(Case("nonlocal_memory", "", share=0.3, motions=("nested", "sines")), every),
+        *_friction(replace(paced, effect="presliding_shape", share=0.4, known=True), every),
+        *_friction(replace(unloaded, effect="nonlocal_memory", share=0.6, motions=("nested", "sines")), every),
         *_friction(Case("breakaway_ageing", "", share=0.12, motions=("strokes", "strokes"), rows=2000), every),
         *_friction(Case("load_dependence", "", share=0.3, also=("drive_direction",)), LOADED),  # k_m = 0 is this law
         *_friction(Case("bend_angle", "", share=0.4), LOADED),
         *_friction(Case("drive_direction", "", share=0.3), DRIVES),
         *_friction(Case("direction_asymmetry", "", share=0.3), ("LuGreFriction", *DRIVES)),
-        *_channels(Case("offset_drift", "", share=0.2), (*FORCE, *MOTIONS)),
+        *_channels(Case("offset_drift", "", share=0.2, motions=drifting), (*FORCE, *MOTIONS)),
         *_channels(Case("gain_error", "", share=0.08, known=True), MOTIONS),
         *_channels(Case("backlash", "", share=0.08), MOTIONS, motion_only=True),
         *_channels(Case("smooth_backlash", "", share=0.12, known=True), MOTIONS, motion_only=True),

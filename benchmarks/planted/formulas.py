@@ -71,13 +71,13 @@ def _hess_soom(y: Array, s: Signals, amount: float) -> Array:
 
 
 @_of("presliding_shape")
-def _slow_end(y: Array, s: Signals, amount: float) -> Array:
-    """After a reversal the rest goes as the inverse of the travel."""
-    z, reach = np.zeros(s.x.size), 0.15 * s.stroke
+def _eyring(y: Array, s: Signals, amount: float) -> Array:
+    """After a reversal the rest r relaxes as sinh(2 r), as thermally activated slip does: tanh(r) is exponential."""
+    z, reach = np.zeros(s.x.size), 0.3 * s.stroke
     for k in range(1, s.x.size):
         d = s.x[k] - s.x[k - 1]
-        left = 1.0 - np.sign(d) * z[k - 1]
-        z[k] = np.sign(d) * (1.0 - left / (1.0 + left * abs(d) / reach))
+        side = np.sign(d) if d else 1.0
+        z[k] = side * (1.0 - np.arctanh(np.tanh(1.0 - side * z[k - 1]) * np.exp(-abs(d) / reach)))
     return y + amount * (z - s.z)
 
 
@@ -203,5 +203,7 @@ def _filtered(y: Array, s: Signals, amount: float) -> Array:
 
 
 @_of("quantisation")
-def _truncated(y: Array, s: Signals, amount: float) -> Array:
-    return amount * np.floor(y / amount)
+def _mid_riser(y: Array, s: Signals, amount: float) -> Array:
+    """A converter without a level at zero, its thresholds not quite even; one that truncates has an offset besides."""
+    counts = y / amount
+    return amount * (np.floor(counts + 0.1 * np.sin(2.3 * counts)) + 0.5)

@@ -69,8 +69,8 @@ def planted(case: Case) -> list[Record]:
     """Its runs."""
     rng = np.random.default_rng(sum(map(ord, case.name)))
     runs = [
-        signals(case.model, kind, case.rows, rng, case.scale, case.pace, case.dip) for kind in case.motions
-    ]  # fmt: skip
+        signals(case.model, kind, case.rows, rng, case.scale, case.pace, case.dip, case.loaded) for kind in case.motions
+    ]
     amount = _amount(case, runs[0])
     found = []
     for number, s in enumerate(runs):

@@ -16,7 +16,8 @@ def motion(kind: str, rows: int, pace: float, rng: np.random.Generator) -> Array
     Parameters
     ----------
     kind : str
-        ``sines``, ``sweep``, ``strokes`` (with holds), ``nested`` or ``work_rest``.
+        ``sines``, ``sweep``, ``strokes`` (with holds), ``nested``, ``paced`` (the same, every third move slow) or
+        ``work_rest``.
     rows : int
         Samples, `DT` apart.
     pace : float
@@ -43,11 +44,12 @@ def _moves(kind: str, t: Array, rng: np.random.Generator) -> Array:
     while at < t[-1]:
         side = 1.0 if k % 2 == 0 else -1.0
         size, hold = rng.uniform(0.6, 1.0), (0.05, 0.3, 1.1, 2.3)[k % 4]
-        if kind == "nested":
+        if kind in ("nested", "paced"):
             size, hold = (1.0, 0.75, 0.5, 0.3, 0.15, 0.4, 0.6)[k % 7], 0.03
         if kind == "work_rest":
             hold = 0.4 * t[-1] if at > 0.3 * t[-1] and x[-1] != 0.0 and at < 0.5 * t[-1] else 0.03
         length = 0.35 + 0.7 * abs(side * size - now) * rng.uniform(0.6, 1.4)
+        length *= 4.0 if kind == "paced" and k % 3 == 1 else 1.0
         q = np.clip((t - at) / length, 0.0, 1.0)
         x = np.where(t >= at, now + (side * size - now) * q**3 * (10.0 - 15.0 * q + 6.0 * q**2), x)
         now, at, k = side * size, at + length + hold, k + 1

@@ -128,7 +128,8 @@ def presliding(x: Array, reach: float) -> Array:
 
 
 def signals(
-    model: str, kind: str, rows: int, rng: np.random.Generator, scale: float = 1.0, pace: float = 1.0, dip: bool = False
+    model: str, kind: str, rows: int, rng: np.random.Generator, scale: float = 1.0, pace: float = 1.0,
+    dip: bool = False, loaded: float = 1.0,
 ) -> Signals:  # fmt: skip
     """A run without any effect.
 
@@ -142,6 +143,8 @@ def signals(
         Stroke over the rig's usual one, and how fast the motion is.
     dip : bool
         With more friction at low speed.
+    loaded : float
+        Load over the rig's usual one.
     """
     rig = RIGS[model]
     stroke = scale * rig.stroke
@@ -150,7 +153,7 @@ def signals(
     v = np.gradient(x, DT)
     if _sees_speed(model):
         x = np.cumsum(v) * DT
-    pull = {"N": 20.0, "N.m": 0.45}["N" if model.startswith("Single") else "N.m"]
+    pull = loaded * {"N": 20.0, "N.m": 0.45}["N" if model.startswith("Single") else "N.m"]
     swing = np.sin(2.0 * np.pi * 0.19 * t + rng.uniform(0.0, 6.28))
     load = pull * (0.7 + 0.5 * swing) if model.startswith("Single") else pull * (0.2 + 0.9 * swing)
     theta = 3.0 + 2.0 * np.sin(2.0 * np.pi * 0.11 * t + rng.uniform(0.0, 6.28))
