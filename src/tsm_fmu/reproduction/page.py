@@ -84,8 +84,8 @@ def _headline(done: Reproduction) -> str:
     """The main row of MSSP 2015, which the page opens with."""
     for claim in done.claims:
         if claim.key == "mssp2015.together":
-            said = f"{claim.reason[0].upper()}{claim.reason[1:]}"
-            return f"MSSP 2015, 10.5 -> 3 and 12.3 -> 4 deg: {SHORT[claim.verdict]}. {said}."
+            reason = f"{claim.reason[0].upper()}{claim.reason[1:]}"
+            return f"MSSP 2015, 10.5 -> 3 and 12.3 -> 4 deg: {SHORT[claim.verdict]}. {reason}."
     return ""
 
 

@@ -229,11 +229,11 @@ def recovery_claim(
     count = len(found.trial.names)
     rms = ", ".join(f"{number(r)} ({m}; drawn {number(found.noise[m])})" for m, r in found.rms.items())
     lost = f"not {', '.join(found.lost)}" if found.lost else "all of them"
-    said = (
+    summary = (
         f"{lost}; the methods leave {rms} of a noise of {number(found.trial.noise)}, the condition number is "
         f"{number(found.condition)} (table)"
     )
-    why = dict.fromkeys(Verdict, f"{said}; {text}" if text else said)
+    why = dict.fromkeys(Verdict, f"{summary}; {text}" if text else summary)
     return statement_claim(
         key,
         items,
@@ -253,13 +253,13 @@ def recovery_table(found: Recovery) -> Table:
     rows = []
     for name, true in found.trial.truth.items():
         interval = found.intervals.get(name)
-        told = f"{number(interval[0])} to {number(interval[1])}" if interval else "none"
+        interval_text = f"{number(interval[0])} to {number(interval[1])}" if interval else "none"
         rows.append(
             [
                 name,
                 number(true),
                 *(number(values[name]) for values in found.values.values()),
-                told,
+                interval_text,
                 "no" if name in found.lost else "yes",
             ]
         )

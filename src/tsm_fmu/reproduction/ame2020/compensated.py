@@ -100,21 +100,21 @@ def residual_claims(runs: Mapping[str, Trajectory]) -> list[Claim]:
     both = [left(runs, case) for case in PAIR.values()]
     layered = max(float(np.abs(error(run)).max()) for name, run in runs.items() if name.startswith("layers."))
     claims = []
-    for stage, said in STAGES.items():
+    for stage, stage_text in STAGES.items():
         own = {way: [found[stage, way].mean for found in both] for way in WAYS if (stage, way) in both[0]}
-        told = ", ".join(f"{way} {number(min(v))} and {number(max(v))}" for way, v in own.items())
+        means_text = ", ".join(f"{way} {number(min(v))} and {number(max(v))}" for way, v in own.items())
         ends = [v for values in own.values() for v in values] + ([layered] if stage == "forward" else [])
         claims.append(
             number_claim(
                 f"ame2020.residual_{stage}",
                 tuple(PAIR),
-                f"error that compensation leaves, {said}",
+                f"error that compensation leaves, {stage_text}",
                 RESIDUAL[stage],
                 Span.of(*ends),
                 assumed=(KNOWN, LAYERS) if stage == "forward" else (KNOWN, RATE),
                 why={
                     Verdict.NOT_DETERMINED: f"a compensator that knows the drive leaves what the stepper gives way, "
-                    f"one that does not know the wound strain leaves that: mean {told} mm"
+                    f"one that does not know the wound strain leaves that: mean {means_text} mm"
                     + (f"; layers that it does not know leave up to {number(layered)} mm" if stage == "forward" else "")
                 },
                 method=Method.CO_SIMULATION,

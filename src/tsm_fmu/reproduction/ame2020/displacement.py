@@ -118,7 +118,7 @@ def _forward(f: Found) -> Claim:
         bend: (math.log2(FORWARD_MM[f"m10_{bend}"] / FORWARD_MM[f"m05_{bend}"]), _exponent(f, bend))
         for bend in ("180", "540")
     }
-    said = ", ".join(f"{bend} deg {a:.2f} for {b:.2f}" for bend, (a, b) in steepest.items())
+    exponents_text = ", ".join(f"{bend} deg {a:.2f} for {b:.2f}" for bend, (a, b) in steepest.items())
     return together_claim(
         "ame2020.forward",
         ("Fig. 16", "Fig. 18"),
@@ -128,7 +128,7 @@ def _forward(f: Found) -> Claim:
         assumed=(STIFFNESS, WOUND, KEPT),
         why={
             Verdict.NOT_EXPLAINED: f"best EA {f.EA:.0f} N; the errors grow faster with the load than any linear tendon "
-            f"allows, whatever its EA and friction: exponent {said}"
+            f"allows, whatever its EA and friction: exponent {exponents_text}"
         },
         method=Method.CO_SIMULATION,
     )

@@ -244,12 +244,12 @@ def _prepared(found: Mapping[str, Trajectory]) -> Claim:
     run = found[f"Fig. 6.{DRAWN}"]
     force, scored = run.columns["plant.F"], run.time > 1.0
     off = left(MODEL, "published", run.time, _counts(run), force, scored=scored, cutoffs=CUTOFFS_HZ)
-    said = ", ".join(f"{value:.3g} at {f:g} Hz" for f, value in off.items())
+    residuals_text = ", ".join(f"{value:.3g} at {f:g} Hz" for f, value in off.items())
     return open_claim(
         "icinco2013.prepared",
         ("Fig. 6", "Fig. 2"),
         "mean square error of F that the encoder of 5 um, filtfilt and differentiation alone make, 1 Hz",
-        f"neither an error nor the preparation is printed; {said} N2",
+        f"neither an error nor the preparation is printed; {residuals_text} N2",
         ours=Span.of(*off.values()),
         unit="N2",
         assumed=(AMPLITUDE, Open("cut-off of the filter", "5 to 50 Hz", "not printed")),

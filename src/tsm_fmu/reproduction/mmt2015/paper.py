@@ -105,7 +105,7 @@ def _refit(run: Trajectory, quick: bool) -> Claim:
     best = {b: fitted_lugre(motion, f, scored)[1] for b, f in forces.items()}
     near = math.sqrt(MSE["Fig. 6"].span.middle)
     ends = [(math.sqrt(value) + s * near) ** 2 for value in best.values() for s in (-1.0, 1.0)]
-    said = ", ".join(f"{value:.3g} ({b})" for b, value in best.items())
+    mses = ", ".join(f"{value:.3g} ({b})" for b, value in best.items())
     return number_claim(
         "mmt2015.mse_lugre",
         "Fig. 3",
@@ -114,9 +114,9 @@ def _refit(run: Trajectory, quick: bool) -> Claim:
         Span.of(*ends),
         assumed=(ORDER, WINDOW),
         why={
-            Verdict.NOT_DETERMINED: f"least squares reach {said} N2 against the model: no LuGre set follows the "
+            Verdict.NOT_DETERMINED: f"least squares reach {mses} N2 against the model: no LuGre set follows the "
             "branches",
-            Verdict.NOT_EXPLAINED: f"least squares reach {said} N2 against the model: the published LuGre set is "
+            Verdict.NOT_EXPLAINED: f"least squares reach {mses} N2 against the model: the published LuGre set is "
             "not the "
             "best one, so the comparison is unfair to LuGre",
         },
@@ -170,10 +170,10 @@ def _ranges(found: Mapping[str, Trajectory]) -> list[Claim]:
 
 def _fit_error(item: str) -> Claim:
     prints = [MSE[item], ERROR] if item == "Fig. 6" else [MSE[item]]
-    said = (
+    quantity = (
         "mean square error of the proposed model, and error peak to peak" if item == "Fig. 6" else "mean square error"
     )
-    return open_claim(f"mmt2015.error_{item[-1]}", item, said, MEASURED, prints=prints)
+    return open_claim(f"mmt2015.error_{item[-1]}", item, quantity, MEASURED, prints=prints)
 
 
 def _prepared(found: Mapping[str, Trajectory], item: str) -> Claim:

@@ -112,7 +112,7 @@ def _estimates(runs: Mapping[str, Trajectory]) -> list[Claim]:
         )
     ]
     for motion in MOTIONS:
-        for column, statistic, said in (
+        for column, statistic, description in (
             ("friction_std", np.std, "standard deviation"),
             ("friction_mean", np.mean, "mean"),
         ):
@@ -120,7 +120,7 @@ def _estimates(runs: Mapping[str, Trajectory]) -> list[Claim]:
                 open_claim(
                     f"mssp2015.{motion}_{column}",
                     (TABLES[motion], FRICTION[motion]),
-                    f"error of the estimated friction, {said}, {motion.replace('_', '-')} motion, haptic loop",
+                    f"error of the estimated friction, {description}, {motion.replace('_', '-')} motion, haptic loop",
                     missing,
                     ours=Span.of(*(float(statistic(e)) for name, e in errors.items() if name.startswith(f"{motion}."))),
                     prints=[table(motion, column)],

@@ -177,7 +177,7 @@ PRINTED = "; ".join(f"{TRACKED[n].text}" for n in NAMES if n.endswith(("width", 
 
 def _excluded(found: Tracking) -> list[Claim]:
     own = nearest(found.own)
-    said = {
+    readings = {
         "own": (own, (LAG, CONTROLLER), "the compensator has the numbers of the plant, at any controller bandwidth"),
         "still": (found.still, (), "the drive follows its command exactly"),
     }
@@ -194,7 +194,7 @@ def _excluded(found: Tracking) -> list[Claim]:
             why=dict.fromkeys(Verdict, f"best: {described(fit.completion)}"),
             method=Method.CO_SIMULATION,
         )
-        for name, (fit, free, reading) in said.items()
+        for name, (fit, free, reading) in readings.items()
     ]
 
 
