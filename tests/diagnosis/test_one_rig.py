@@ -38,6 +38,16 @@ def test_levels_are_within_the_range_of_their_channel(rig: Rig) -> None:
     assert drive["tau_c"][1] == pytest.approx(np.ptp(runs[0].targets))
 
 
+def test_levels_before_a_factor_of_the_model_are_within_the_range_before_it(rig: Rig) -> None:
+    """Of a friction of 5.2 N = 0.04 * 130 N, 130 N is no level beyond the range of its channel."""
+    runs = [replace(r, targets=5.2 * r.targets / np.ptp(r.targets)) for r in (rig(74), rig(75))]
+    paired = kernel("PairedTsmFriction")
+    for values, preset, factor in (({}, None, 0.04), ({"force_scale": 0.013}, None, 0.013), ({}, "raw", 1.0)):
+        found = level_ranges(paired, ["F"], runs, [], values, preset)
+        assert set(found) == {"k_zeta", "F_0"}
+        assert found["k_zeta"] == pytest.approx((-5.2 / factor, 5.2 / factor))
+
+
 def test_a_break_away_that_no_rig_has_takes_up_nothing(rig: Rig, known: dict[str, float]) -> None:
     """A start far off, with a peak of a thousand Coulomb levels, comes back into the range."""
     runs, far = [rig(73)], {"F_s": 900.0, "v_s": 0.01}

@@ -179,7 +179,7 @@ def task_of(runs: PreparedRuns, values: Mapping[str, float], preset: str | None,
         limits={
             "motion.x_pre": (PRESLIDING_STROKE_SHARE[0] * stroke, PRESLIDING_STROKE_SHARE[2] * stroke),
             **level_ranges(
-                runs.model, runs.channels, [*runs.measured, *runs.holdout, *runs.reference], fixed
+                runs.model, runs.channels, [*runs.measured, *runs.holdout, *runs.reference], fixed, values, preset
             ),
         },
         drives=drives_of(runs.model),

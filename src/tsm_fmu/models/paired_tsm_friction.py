@@ -128,5 +128,5 @@ ROLES = Roles(
         "tau_drive": ("x", "v", "a", "tau_load"),
         "P_loss": ("x", "v", "a"),
     },
-    friction=FrictionPort("F", friction_in, with_friction),
+    friction=FrictionPort("F", friction_in, with_friction, scale="force_scale"),
 )

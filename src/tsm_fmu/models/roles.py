@@ -17,11 +17,14 @@ class FrictionPort(NamedTuple):
         ``read(p, u, o) -> f``: the friction in the outputs.
     write : callable
         ``write(p, u, o, f) -> Outputs``: the outputs with the friction ``f`` instead.
+    scale : str
+        Parameter by which the levels among the parameters are multiplied; '' where they are those of the friction.
     """
 
     like: str
     read: Callable[[Any, Any, Any], Any]
     write: Callable[[Any, Any, Any, Any], Any]
+    scale: str = ""
 
 
 class HeldLoad(NamedTuple):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -14,8 +14,9 @@ from ..runs.beginning import friction_channels
 
 
 def level_ranges(
-    model: Kernel, channels: Sequence[str], runs: Sequence[FitRun], fixed: Sequence[str]
-) -> dict[str, tuple[float, float]]:
+    model: Kernel, channels: Sequence[str], runs: Sequence[FitRun], fixed: Sequence[str],
+    values: Mapping[str, float] | None = None, preset: str | None = None,
+) -> dict[str, tuple[float, float]]:  # fmt: skip
     """Ranges of the levels of a model's friction, by public name: `FRICTION_LEVEL_RATIO`.
 
     A break-away of thousands of newtons at a speed that no run has is a curve at the speeds that they have: no rig has
@@ -29,11 +30,18 @@ def level_ranges(
     runs : sequence of FitRun
     fixed : sequence of str
         Public names that keep their value.
+    values : mapping of str to float, optional
+        Given parameters, for the factor that a model may have on its levels.
+    preset : str, optional
+        Parameter set for the others.
     """
     base, taken = kernel(model.name), friction_channels(model)
     columns = [j for j, channel in enumerate(channels) if channel in taken]
     if not columns:
         return {}
     most = FRICTION_LEVEL_RATIO * max(float(np.ptp(run.targets[:, j])) for run in runs for j in columns)
+    scale = base.roles.friction.scale if base.roles.friction else ""
+    if scale:
+        most /= model.named(model.params(preset, dict(values or {})))[scale]
     unit = friction_unit(base)
     return {v.name: (-most, most) for v in base.parameters if v.quantity.unit == unit and v.name not in fixed}
