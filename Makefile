@@ -9,7 +9,7 @@ demo: .venv/ready
 	$(BIN)/tsm-fmu demo --out out/demo
 
 test: lint types
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile  # the matrices are small: threads only cost
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile  # matrices are small, threads only cost; order: -p randomly
 
 lint: .venv/ready-test
 	$(BIN)/ruff check .
