@@ -114,6 +114,16 @@ def test_floors_are_the_noise_below_a_law(leaving: Callable[[Left], Fitted]) -> 
     assert hardly.unexplained.all()
 
 
+@pytest.mark.parametrize("size", [0.07, 0.001])
+def test_three_effects_explain_a_gap_only_where_nothing_lawful_is_left(
+    leaving: Callable[[Left], Fitted], size: float
+) -> None:
+    left, base = leaving(dip(size)), bare(leaving(white(0.15)))
+    for effects in (("inertia",), ("inertia", "viscous"), ("inertia", "viscous", "creep")):
+        one = bare(left, *effects)
+        assert floors_of(Choice(one, (one,)), base, None).unexplained.any() == (len(effects) == 3 and size > 0.01)
+
+
 @pytest.mark.parametrize(("before", "mostly"), [(1.25, False), (1.6, True)])
 def test_nearly_all_of_a_gap_counts_from_what_reference_runs_leave(
     leaving: Callable[[Left], Fitted], before: float, mostly: bool

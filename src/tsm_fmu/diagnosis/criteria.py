@@ -159,6 +159,10 @@ SLOW_RATIO = 6.0
 EXPLAINED_SHARE = 0.8
 """Part of the gap that effects must close where something lawful is left all the same."""
 
+OPEN_GAP_EFFECTS = 2
+"""At most so many effects are named where something lawful is left: of three flexible laws some sum closes nearly any
+gap."""
+
 REFERENCE_RATIO = 1.3
 """A gap within this factor of that on reference runs is the form of the model."""
 
