@@ -34,6 +34,8 @@ WRITING = {
     ),
     "linearize theirs.ssp --at 0.1 --input unit.x_in --output unit.x_out --out new": "report.html",
     "track card.toml log0.csv log1.csv log2.csv log3.csv log4.csv --out new": "track",
+    "diagnose card.toml --measured log.csv --out new": "card.toml",
+    "reproduce --out new": ".fmu",
 }
 
 
