@@ -75,9 +75,7 @@ def _read(path: Path, section: Any) -> Section:
         return section(json.loads(path.read_text(encoding="utf-8")))
     except (ValueError, KeyError, TypeError, AttributeError, OSError, RecursionError) as failure:
         why = "its lists are nested too deeply" if isinstance(failure, RecursionError) else repr(failure)
-        raise InputError(
-            f"{path}: {why} -- expected the file as the verb wrote it -- run the verb again"
-        ) from failure
+        raise InputError(f"{path}: {why} -- expected the file as the verb wrote it -- run the verb again") from failure
 
 
 def _card(path: Path) -> Section:
