@@ -82,6 +82,14 @@ def test_a_realisation_gives_back_a_response_with_noise_and_says_what_it_leaves(
     assert 1e-4 < realised(noisy, 0.02)[1] < 1e-2
 
 
+def test_what_answers_at_once_has_no_state(foreign):
+    """Gauss-Seidel hands x on within the step: the gain behind it, cut off from its integrator, is a number."""
+    found = linearize_case((decay(foreign, 2.7), Experiment(1.0, 0.01)), "g.u", "g.y", 0.1, opened=True, horizon=0.5)
+    assert (found.model.nstates, found.unexplained) == (0, 0.0)
+    np.testing.assert_allclose(found.frequency_response(np.array([15.0, 70.0])), [2.7, 2.7], rtol=1e-6)
+    assert found.margins().gain_margin_db == np.inf
+
+
 def coupled(foreign, rates=((2.7, 0.4), (-1.1, 1.9))):
     """X' = -rates x, each row through a gain of both states, with Jacobi."""
     components, links = [], []

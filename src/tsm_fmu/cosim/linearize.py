@@ -380,6 +380,8 @@ def realised(response: Array, step: float, order: int | None = None) -> tuple[An
     response = np.array(response, ndmin=3)
     left, right = _scales(response)
     scaled = response / left / right
+    if not scaled[:, :, 1:].any():  # it answers at once or not at all: no state, and a Hankel matrix of zeros
+        return control.ss([], [], [], response[:, :, 0], step), 0.0
     size = min((scaled.shape[2] - 1) // 2, LARGEST_HANKEL // max(scaled.shape[:2]))
     tried: list[tuple[float, int, Any]] = []
     for number in range(1, min(MOST_ORDER, size - 1) + 1) if order is None else [order]:
