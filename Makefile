@@ -1,6 +1,8 @@
 # Two commands for a user: make demo, make test. Each sets up .venv by itself.
 PYTHON ?= python3
 BIN := .venv/bin
+# of the tests: another with each commit, the same for everyone who has it
+ORDER ?= $(shell printf %d 0x$$(git rev-parse --short=7 HEAD 2>/dev/null || echo 1))
 PINNED := pyproject.toml constraints.txt build_scripts/setup_venv.py
 
 .PHONY: demo test lint types bench docs fmus reproduce mutate clean
@@ -9,7 +11,7 @@ demo: .venv/ready
 	$(BIN)/tsm-fmu demo --out out/demo
 
 test: lint types
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile  # matrices are small, threads only cost; order: -p randomly
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile --randomly-seed=$(ORDER)  # small matrices: threads only cost
 
 lint: .venv/ready-test
 	$(BIN)/ruff check .
