@@ -11,6 +11,7 @@ from scipy.signal import lfilter
 
 from tsm_fmu.diagnosis.choice.floors import _mostly_explained, floors_of, open_channels
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, hypothesis
+from tsm_fmu.diagnosis.choice.patches import without_patches
 from tsm_fmu.diagnosis.choice.supported import Choice
 from tsm_fmu.diagnosis.fits.quantised import coarse, with_levels
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, as_given
@@ -114,14 +115,20 @@ def test_floors_are_the_noise_below_a_law(leaving: Callable[[Left], Fitted]) -> 
     assert hardly.unexplained.all()
 
 
-@pytest.mark.parametrize("size", [0.07, 0.001])
-def test_three_effects_explain_a_gap_only_where_nothing_lawful_is_left(
-    leaving: Callable[[Left], Fitted], size: float
+@pytest.mark.parametrize(
+    ("removed", "left"), [((5.0,), 1), ((5.0, 4.0), 2), ((5.0, 4.0, 0.1), 2), ((5.0, 4.0, 3.0), None), ((0.1,), None)]
+)
+def test_where_something_is_left_two_effects_are_named_that_each_remove_more_than_that(
+    leaving: Callable[[Left], Fitted], removed: tuple[float, ...], left: int | None
 ) -> None:
-    left, base = leaving(dip(size)), bare(leaving(white(0.15)))
-    for effects in (("inertia",), ("inertia", "viscous"), ("inertia", "viscous", "creep")):
-        one = bare(left, *effects)
-        assert floors_of(Choice(one, (one,)), base, None).unexplained.any() == (len(effects) == 3 and size > 0.01)
+    effects = ("inertia", "viscous", "creep")[: len(removed)]
+    one = bare(leaving(dip(0.07)), *effects)
+    others = [
+        replace(bare(one.fitted, *(e for e in effects if e != spec)), measured=one.measured * (1.0 + ratio))
+        for spec, ratio in zip(effects, removed, strict=True)
+    ]
+    choice = without_patches(Choice(one, (one,)), [one, *others], np.array([True]), [])
+    assert (choice and choice.winner.effects) == (None if left is None else effects[:left])
 
 
 @pytest.mark.parametrize(("before", "mostly"), [(1.25, False), (1.6, True)])

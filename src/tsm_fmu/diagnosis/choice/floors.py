@@ -19,7 +19,6 @@ from ..criteria import (
     EXPLAINED_SHARE,
     LAW_FORM_SHARE,
     LAW_SHARE,
-    OPEN_GAP_EFFECTS,
     REFERENCE_RATIO,
     SLOW_RATIO,
     WANDERING_SPREAD_SHARE,
@@ -86,8 +85,7 @@ def floors_of(
     if reference_fit is not None:  # gaps are judged against the larger floor
         noise, least = np.maximum(noise, reference_fit.rmse), np.maximum(least, reference_fit.rmse)
     open_ = open_channels(winner, refitted.fitted, reference_fit, stepped)
-    few = len(winner.effects) <= OPEN_GAP_EFFECTS
-    unexplained = open_ & ~(_mostly_explained(winner, refitted, reference_fit) & few)
+    unexplained = open_ & ~_mostly_explained(winner, refitted, reference_fit)
     return Floors(noise, least, None if reference_fit is None else reference_fit.rmse, open_, unexplained)
 
 

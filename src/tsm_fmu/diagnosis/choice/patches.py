@@ -14,7 +14,7 @@ import numpy as np
 
 from ...kernels.arrays import BoolArray, FloatArray
 from ...regression.problem import FitRun
-from ..criteria import EFFECT_SPREAD_SHARE, FURTHER_RATIO, STRONGEST_RATIO
+from ..criteria import EFFECT_SPREAD_SHARE, FURTHER_RATIO, OPEN_GAP_EFFECTS, STRONGEST_RATIO
 from ..fits.nuisance import refit_without
 from .hypotheses import Hypothesis, hypothesis
 from .supported import Choice, log_residual
@@ -23,7 +23,7 @@ from .supported import Choice, log_residual
 def without_patches(
     choice: Choice, hypotheses: Sequence[Hypothesis], open_: BoolArray, holdout: Sequence[FitRun]
 ) -> Choice | None:
-    """The choice without such effects; None if no effect is more.
+    """The choice without such effects; None if no effect is more, or more of them are than are believed together.
 
     Parameters
     ----------
@@ -44,7 +44,9 @@ def without_patches(
         if fewer.effects and all(set(fewer.effects) != set(other.effects) for other in found):
             found.append(fewer)
     fewest = min((len(h.effects) for h in found), default=0)
-    return Choice(choice.best, tuple(h for h in found if len(h.effects) == fewest)) if found else None
+    if not 0 < fewest <= OPEN_GAP_EFFECTS:
+        return None
+    return Choice(choice.best, tuple(h for h in found if len(h.effects) == fewest))
 
 
 def _removed_ratio(one: Hypothesis, spec: str, hypotheses: Sequence[Hypothesis], open_: BoolArray) -> float:
