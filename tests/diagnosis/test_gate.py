@@ -80,6 +80,27 @@ def test_a_level_of_a_coarse_converter_is_no_limit(levels: int, fits: bool) -> N
     assert (refused(run) == ()) == fits
 
 
+@pytest.mark.parametrize(("moves", "levels", "fits"), [(0.0, 41, True), (0.3, 41, False), (0.0, 1500, False)])
+def test_a_friction_of_one_size_is_one_level_of_a_coarse_converter(moves: float, levels: int, fits: bool) -> None:
+    """It stands at its limit in every stroke; so does one that goes on rising and is cut off."""
+    t = 0.01 * np.arange(1000)
+    own = 0.73 * np.clip(3.0 * np.sin(2.3 * t), -1.0, 1.0) + moves * np.sin(2.3 * t) ** 3
+    step = 2.0 * 0.73 / (levels - 1)
+    force = np.clip(step * (np.floor(own / step) + 0.5), -0.73, 0.73)
+    run = Record("one", t, {"v": np.cos(2.3 * t), "F": force}, {"v": "m/s", "F": "N"})
+    model = kernel("LuGreFriction")
+    asked: list[tuple[int, str]] = []
+
+    def modelled(k: int, channel: str) -> np.ndarray:
+        asked.append((k, channel))
+        wobbling = 1.04 * own + 2e-3 * np.sin(37.0 * t)  # within a step of 0.04 N, not of 0.001 N
+        return np.where(t > 0.3, wobbling, np.nan)
+
+    assert gate([run], model, ["F"]).refused  # where nothing is known of the model
+    assert (gate([run], model, ["F"], modelled).refused == ()) == fits
+    assert set(asked) == {(0, "F")}
+
+
 def test_a_channel_that_is_not_compared_may_hang() -> None:
     stuck = record(x_out=np.full(1000, 0.4))
     assert [text.split(" in every row")[0] for text in refused(stuck)] == ["one: x_out is 22.92 deg"]

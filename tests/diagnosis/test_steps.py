@@ -138,6 +138,7 @@ def test_closure_by_hand() -> None:
     assert closure(np.array([25.0]), np.array([9.0]), np.array([3.0])) == pytest.approx(1.0)
     assert closure(np.array([25.0]), np.array([16.0]), np.array([3.0])) == pytest.approx(9.0 / 16.0)
     assert closure(np.array([9.0]), np.array([9.0]), np.array([3.0])) is None
+    assert closure(np.array([25.0, 4e-6]), np.array([5.0, 0.0]), np.zeros(2)) == pytest.approx(0.9)  # no noise at all
     two = np.array([25.0, 8.0]), np.array([16.0, 8.0]), np.array([3.0, 2.0])  # the weights are 1/9 and 1/4
     assert closure(*two) == pytest.approx(1.0 - (7.0 / 9.0 + 1.0) / (16.0 / 9.0 + 1.0))
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
 from ..card import ModelCard, RecordUsed
 from ..effects import EFFECTS, id_of
+from ..kernels.arrays import FloatArray
 from ..kernels.kernel import Kernel
 from ..logs.record import Record
 from ..models.contract import InputError
@@ -33,11 +35,11 @@ from .criteria import EFFECT_SPREAD_SHARE, PRESLIDING_STROKE_SHARE
 from .evidence import Candidate, Gap, Gate, NextMotion, RunComparison
 from .fits.placing import not_applicable
 from .fits.ranges import level_ranges
-from .fits.refit import Fitted, Task
+from .fits.refit import Fitted, Task, as_given
 from .result import Diagnosis
 from .runs.beginning import beginning_note
 from .runs.drivers import drives_of
-from .runs.gate import gate
+from .runs.gate import Modelled, gate
 from .runs.motion_signals import coordinate_units
 from .runs.prepared import PreparedRuns, prepared
 from .runs.thinning import thinned_for_search
@@ -139,14 +141,15 @@ def diagnose(
             f"each longer than {2 * SETTLING:g} s: steps are judged on runs left out -- give more with --measured"
         )
     progress("gate")
-    checked = gate(measured, runs.model, runs.channels)
+    task_once = cache(lambda: task_of(runs, values or {}, preset, fixed))
+    checked = gate(measured, runs.model, runs.channels, _as_modelled(measured, runs, task_once))
     roles = {"measured": measured, "held out": holdout, "reference": reference}
     records = {f"{role} {r.name}": r.sha256 for role, group in roles.items() for r in group}
     if checked.refused:
         return _refused(runs, checked, records, preset, seed)
     used = [RecordUsed(r.name, r.sha256) for r in measured if r.sha256]
     used += [RecordUsed(r.name, r.sha256, "holdout") for r in holdout if r.sha256]
-    task = task_of(runs, values or {}, preset, fixed)
+    task = task_once()
     try:
         found = investigate(runs, task, progress)
     except SearchInterrupted as stopped:
@@ -154,6 +157,18 @@ def diagnose(
     progress("locate")
     diagnosis = _described(found, checked, measured, tuple(used), records, preset or "", seed)
     return _improved(diagnosis, runs, task, found.verdict.final, tuple(used), progress) if improve else diagnosis
+
+
+def _as_modelled(records: Sequence[Record], runs: PreparedRuns, task: Callable[[], Task]) -> Modelled:
+    """What the model as given makes of a channel of a run, at the samples of its record."""
+    fitted = cache(lambda: as_given(task(), runs.effects))
+
+    def modelled(k: int, channel: str) -> FloatArray:
+        c, run = runs.channels.index(channel), fitted().problem.runs[k]
+        own = run.targets[:, c] - fitted().residuals[k][:, c]
+        return np.interp(records[k].time, run.time, own, left=np.nan, right=np.nan)
+
+    return modelled
 
 
 def _improved(

@@ -102,7 +102,7 @@ def closure(before: FloatArray, after: FloatArray, noise: FloatArray) -> float |
     open_ = removable > GAP_FLOOR_SHARE * noise**2
     if not open_.any():
         return None
-    weight = 1.0 / np.maximum(noise[open_], 1e-300) ** 2
+    weight = 1.0 / np.maximum(noise[open_] ** 2, 1e-12 * before[open_])  # few levels may leave no noise at all
     return float(1.0 - np.sum(weight * (after[open_] - noise[open_] ** 2)) / np.sum(weight * removable[open_]))
 
 
