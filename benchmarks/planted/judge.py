@@ -72,6 +72,8 @@ def planted(case: Case) -> list[Record]:
         signals(case.model, kind, case.rows, rng, case.scale, case.pace, case.dip, case.loaded) for kind in case.motions
     ]
     amount = _amount(case, runs[0])
+    for s in runs[1:]:
+        s.first = runs[0]
     found = []
     for number, s in enumerate(runs):
         _plant(case, s, amount)

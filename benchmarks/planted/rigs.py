@@ -90,6 +90,8 @@ class Signals:
     x_out : ndarray
     sensor : dict of str to callable
         What the sensor of a channel makes of it.
+    first : Signals, optional
+        The rig's first run, by whose usual motion the laws of all its runs are scaled; None in that run.
     """
 
     t: Array
@@ -104,10 +106,11 @@ class Signals:
     friction: Array = field(default_factory=lambda: np.empty(0))
     x_out: Array = field(default_factory=lambda: np.empty(0))
     sensor: dict[str, Callable[[Array], Array]] = field(default_factory=dict)
+    first: Signals | None = None
 
     def rms(self, name: str) -> float:
-        """Root of the mean square of a signal."""
-        return float(np.sqrt(np.mean(getattr(self, name) ** 2)))
+        """Root of the mean square of a signal in the rig's first run."""
+        return float(np.sqrt(np.mean(getattr(self.first or self, name) ** 2)))
 
 
 def slip(x: Array, reach: float) -> Array:
