@@ -6,7 +6,7 @@ little off. An effect is only missing if it explains what these cannot.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,9 +25,8 @@ from .placing import places_of_effect
 from .refit import STEPS, Fitted, Task, refit
 from .response import public
 from .screening import Screened, screen
+from .takeover import Place, taken_over
 
-Place = tuple[Mapping[str, float], Mapping[str, FloatArray]]
-"""Where a refit starts: values by public name, and those that each run has of its own."""
 SHRUNK = 0.1
 FIRST_STEPS = 5
 """Steps of a refit from each of several starts; the best is then refitted on."""
@@ -197,7 +196,7 @@ def shrunk_nuisances(fitted: Fitted, nuisances: Sequence[str]) -> dict[str, floa
     return found
 
 
-def refit_without(fitted: Fitted, spec: str, nuisances: Sequence[str], as_given: bool = False) -> Fitted:
+def refit_without(fitted: Fitted, spec: str, nuisances: Sequence[str], start: Place | None = None) -> Fitted:
     """A refit with one effect less.
 
     Parameters
@@ -205,13 +204,21 @@ def refit_without(fitted: Fitted, spec: str, nuisances: Sequence[str], as_given:
     fitted : Fitted
     spec : str
     nuisances : sequence of str
-    as_given : bool
-        Start with the parameters of the model as they were given: those of the fit may be far from where they must go.
+    start : (mapping, mapping), optional
+        Where it starts, instead of the values of the fit.
     """
     effects = [e for e in fitted.effects if e != spec]
-    given = {n: fitted.task.values[n] for n in fitted.values if n in fitted.task.values} if as_given else {}
-    start = {**fitted.values, **given}, {} if as_given else fitted.per_run
+    start = start or (fitted.values, fitted.per_run)
     return best_refit(fitted, effects, [start], nuisances, released=[e for e in fitted.released if e != spec])
+
+
+def other_starts(fitted: Fitted, spec: str) -> list[Place]:
+    """Where a refit without an effect starts too: from the values of the fit it may not find its way.
+
+    The values of the model as they were given; and those at which its parameters take over what the effect does.
+    """
+    given = {n: fitted.task.values[n] for n in fitted.values if n in fitted.task.values}
+    return [({**fitted.values, **given}, {}), taken_over(fitted, spec)]
 
 
 def best_refit(
@@ -317,7 +324,9 @@ def significant_nuisances(
         less = refit_without(fitted, spec, nuisances)
         if not (_removed(less, fitted) > least).any():
             continue
-        less = min(less, refit_without(fitted, spec, nuisances, as_given=True), key=lambda f: f.cost)
+        for start in other_starts(fitted, spec):
+            with suppress(InputError):  # the model cannot run there
+                less = min(less, refit_without(fitted, spec, nuisances, start), key=lambda f: f.cost)
         removed = _removed(less, fitted)
         added = [e for e in fitted.effects if e not in nuisances]
         if looks_like(spec, added) and not nearly_removed(less.rmse**2, fitted.rmse**2).any():
