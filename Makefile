@@ -1,8 +1,8 @@
 # Two commands for a user: make demo, make test. Each sets up .venv by itself.
 PYTHON ?= python3
 BIN := .venv/bin
-# of the tests: another with each commit, the same for everyone who has it
-ORDER ?= $(shell printf %d 0x$$(git rev-parse --short=7 HEAD 2>/dev/null || echo 1))
+# of the tests: any number; the same for everyone, so that what is red is red for all
+ORDER ?= 2015
 PINNED := pyproject.toml constraints.txt build_scripts/setup_venv.py
 
 .PHONY: demo test lint types bench docs fmus reproduce mutate clean
