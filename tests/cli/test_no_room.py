@@ -13,8 +13,8 @@ import tsm_fmu as tsm
 from tsm_fmu.cli.app import run
 from tsm_fmu.logs import whole_file
 from tsm_fmu.logs.record import write_record
-from tsm_fmu.reproduction import loops
 from tsm_fmu.logs.whole_file import write_whole
+from tsm_fmu.reproduction import loops
 
 MODEL = "PairedTsmBacklash"
 WRITING = {

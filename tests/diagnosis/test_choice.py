@@ -75,6 +75,15 @@ def test_what_follows_a_reversal_is_missing_beyond_what_rigs_differ_in(
     assert names(choice_of([plain, one], plain)) == [(effect,) if named else ()]
 
 
+@pytest.mark.parametrize(("left", "named"), [({"presliding_shape": 0.3}, False), ({}, True)])
+def test_what_takes_the_place_of_another_effect_is_no_correction(left: dict[str, float], named: bool) -> None:
+    """It removes little more than the shape after a reversal did, which does nothing any more beside it."""
+    plain = made("", 0.2, nuisance_specs={"presliding_shape": 0.3})
+    gain = 0.8 * SHAPE_SPREAD_SHARE
+    one = beside(plain, "nonlocal_memory", made("nonlocal_memory", refit_without(gain, 0.2), nuisance_specs=left))
+    assert ("nonlocal_memory" in one.effects) is named
+
+
 def test_a_smaller_effect_is_named_beside_reference_runs() -> None:
     gain = 0.9 * EFFECT_SPREAD_SHARE
     assert gain > CLEAN_EFFECT_SPREAD_SHARE

@@ -255,15 +255,21 @@ def refit_candidates(
 def beside(base: Hypothesis, spec: str, one: Hypothesis) -> Hypothesis:
     """A hypothesis with one effect more than another, which corrects the form of the model if it removes no more.
 
-    Unless next to nothing is left with it of what the model without nuisance effects leaves, which no correction of a
-    form does.
+    Unless next to nothing is left with it of what the model without nuisance effects leaves, or a nuisance effect that
+    was one of its own does nothing any more beside it: no correction of a form does that.
     """
     spread = one.fitted.spread
     share = float(np.max(np.sqrt(np.maximum(base.measured - one.measured, 0.0)) / np.maximum(spread, 1e-300)))
     corrects = corrects_model_form(spec, share, one.fitted.task, spread)
     before = base.measured if base.added else np.maximum(base.measured, one.fitted.task.gap**2)
-    form = (spec,) if corrects and not nearly_removed(before, one.measured).any() else ()
-    return replace(one, form_corrections=(*base.form_corrections, *form))
+    with_form = replace(one, form_corrections=(*base.form_corrections, spec))
+    if (
+        corrects
+        and not nearly_removed(before, one.measured).any()
+        and base.significant.keys() <= with_form.significant.keys()
+    ):
+        return with_form
+    return replace(one, form_corrections=base.form_corrections)
 
 
 def _gained(
