@@ -17,6 +17,8 @@ import pytest
 import tsm_fmu as tsm
 from tests.cli.test_no_room import MODEL
 from tests.cli.test_no_room import lab as lab
+from tsm_fmu.cli import identify
+from tsm_fmu.cli.app import run
 from tsm_fmu.logs.table import read_table
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
@@ -186,3 +188,26 @@ def test_an_interrupt_in_a_finalizer_is_not_lost(tmp_path):
         [sys.executable, "-c", INTERRUPTED_WHILE_CLEANING], capture_output=True, text=True, timeout=60, check=False
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "tsm-fmu: interrupted\n")
+
+
+def test_an_interrupted_identification_keeps_its_best_and_says_that_it_is_none(lab, monkeypatch, capsys, tmp_path):
+    """A script that goes on by the exit code must not take the values for the optimum."""
+    seen = []
+
+    class Stopping:
+        def __enter__(self):
+            return self.update
+
+        def __exit__(self, *_):
+            pass
+
+        def update(self, at):
+            seen.append(at)
+            if len(seen) == 3:
+                raise KeyboardInterrupt
+
+    monkeypatch.setattr(identify, "_progress", Stopping)
+    kept = tmp_path / "kept.toml"
+    assert run(["identify", "PairedTsmBacklash", "--measured", str(lab / "log.csv"), "--out", str(kept)]) == 130
+    assert capsys.readouterr().err.endswith(f"tsm-fmu: interrupted; the best until then is kept in {kept}\n")
+    assert tsm.read_card(kept).provenance.method.endswith(", interrupted")
