@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -15,7 +16,8 @@ from tsm_fmu.batching.run import run_batch
 from tsm_fmu.cli.app import run
 from tsm_fmu.logs.record import write_record
 from tsm_fmu.models.contract import InputError
-from tsm_fmu.verbs.batch import RigWork
+from tsm_fmu.verbs import batch
+from tsm_fmu.verbs.batch import RigResult, RigWork
 
 LOST = "{}: {}".format  # what goes to other processes is importable there; so is eval
 
@@ -104,7 +106,26 @@ def test_many_rigs_give_one_table_and_a_killed_batch_goes_on(rigs, tmp_path, cap
     errors = table["measured rmse x_out [rad]"].drop("lost")
     page = (out / "report.html").read_text(encoding="utf-8")
     assert f"from {errors.min():.3g} to {errors.max():.3g} rad, largest at {errors.idxmax()}." in page
+    assert "error by rig: measured rmse x_out [rad]" in page
     assert {p.name for p in out.iterdir()} == {"rigs.csv", "rigs.parquet", "report.html", "north", "south", "lost"}
+
+
+def test_the_picture_of_a_batch_is_of_what_it_found() -> None:
+    def errors(count: int) -> list[RigResult]:
+        return [RigResult(f"r{n}", {"measured rmse F [N]": 0.1 * n + 0.02}) for n in range(count)]
+
+    failed = RigResult("lost", {"measured rmse F [N]": 9.0}, "why")
+    few, many = batch._picture([*errors(3), failed]), batch._picture(errors(batch.MOST_BARS + 1))
+    assert few is not None
+    assert few.panels[0].bars == pytest.approx({"r0": 0.02, "r1": 0.12, "r2": 0.22})
+    assert many is not None
+    assert many.panels[0].steps is not None
+    assert np.sum(many.panels[0].steps.counts) == batch.MOST_BARS + 1
+    named = [RigResult(f"r{n}", {"effects": text}) for n, text in enumerate(("wear", "", "creep, wear"))]
+    found = batch._picture([*named, failed])
+    assert found is not None
+    assert list(found.panels[0].bars.items()) == [("wear", 2.0), ("nothing named", 1.0), ("creep", 1.0)]
+    assert batch._picture([failed]) is None
 
 
 @pytest.mark.parametrize(

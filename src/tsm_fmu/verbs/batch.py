@@ -19,7 +19,7 @@ from ..cosim.progress import bar
 from ..logs.table import write_table
 from ..logs.whole_file import check_folder
 from ..models.contract import InputError
-from ..report import Section, Table, write_report
+from ..report import Figure, Section, Table, bar_figure, histogram_figure, write_report
 from ..report.text import text_table
 
 if TYPE_CHECKING:
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 VERBS = ("identify", "diagnose", "track")
 ROLES = ("measured", "holdout", "reference")
+MOST_BARS = 40
+"""Rigs that are shown with a bar each."""
 _EXAMPLE = "for example columns rig, measured, holdout; several files of a cell with ';' between"
 
 
@@ -273,25 +275,53 @@ def _page(folder: Path, verb: str, model: str, rigs: Sequence[RigResult]) -> Pat
     text = f"{len(rigs)} rigs, {failed} failed. rigs.parquet has the same table; each rig has a folder of its own."
     section = Section("Rigs", text, [*tables, Table(header, rows, "One row for each rig.")])
     title = f"{verb} of {Path(model).name} over {len(rigs)} rigs"
-    return write_report(folder / "report.html", title, _answer(rigs), [section], {"tsm-fmu": __version__})
+    return write_report(
+        folder / "report.html", title, _answer(rigs), [section], {"tsm-fmu": __version__}, _picture(rigs)
+    )
 
 
 def _answer(rigs: Sequence[RigResult]) -> str:
     """How many rigs failed; of the others the range of each error with its worst rig, or who has which effect."""
-    good = [rig for rig in rigs if not rig.failed]
-    parts = [f"{len(rigs)} rigs, {len(rigs) - len(good)} failed."]
-    for name in dict.fromkeys(name for rig in good for name in rig.values if " rmse " in name):
-        found = sorted((float(rig.values[name]), rig.rig) for rig in good if name in rig.values)
-        unit = name.partition(" [")[2].rstrip("]")
-        if found:
-            (least, _), (most, worst) = found[0], found[-1]
-            parts.append(f"{name.partition(' [')[0]} from {least:.3g} to {most:.3g} {unit}, largest at {worst}.")
-    for column, without in (("effects", "nothing named"), ("moving", "nothing moves")):
-        having: dict[str, list[str]] = {}
-        for rig in good:
-            for one in str(rig.values.get(column, "")).split(", ") if column in rig.values else ():
-                having.setdefault(one or without, []).append(rig.rig)
-        most_first = sorted(having.items(), key=lambda item: -len(item[1]))
-        parts += [f"{one}: {len(names)} of {len(good)} rigs ({', '.join(names[:5])}{', ...' * (len(names) > 5)})."
-                  for one, names in most_first]  # fmt: skip
+    count = sum(not rig.failed for rig in rigs)
+    parts = [f"{len(rigs)} rigs, {len(rigs) - count} failed."]
+    for name, errors in _errors(rigs).items():
+        error, _, unit = name.rstrip("]").partition(" [")
+        worst = max(errors, key=lambda rig: errors[rig])
+        parts.append(f"{error} from {min(errors.values()):.3g} to {errors[worst]:.3g} {unit}, largest at {worst}.")
+    for one, names in _having(rigs).items():
+        shown = f"{', '.join(names[:5])}{', ...' * (len(names) > 5)}"
+        parts.append(f"{one}: {len(names)} of {count} rigs ({shown}).")
     return " ".join(parts)
+
+
+def _picture(rigs: Sequence[RigResult]) -> Figure | None:
+    """The error of each rig, of many rigs how often which; or how many rigs have which effect."""
+    errors, having = _errors(rigs), _having(rigs)
+    if having:
+        return bar_figure({"rigs": {one: float(len(names)) for one, names in having.items()}}, "what was found")
+    if not errors:
+        return None
+    if max(map(len, errors.values())) <= MOST_BARS:
+        return bar_figure(errors, "error by rig")
+    name, of_rigs = next(iter(errors.items()))
+    return histogram_figure(list(of_rigs.values()), name, name, "rigs")
+
+
+def _errors(rigs: Sequence[RigResult]) -> dict[str, dict[str, float]]:
+    """Errors by column, then by rig."""
+    found: dict[str, dict[str, float]] = {}
+    for rig in rigs:
+        for name, value in rig.values.items():
+            if " rmse " in name and not rig.failed:
+                found.setdefault(name, {})[rig.rig] = float(value)
+    return found
+
+
+def _having(rigs: Sequence[RigResult]) -> dict[str, list[str]]:
+    """Rigs by effect or moving parameter, the most frequent first."""
+    found: dict[str, list[str]] = {}
+    for column, without in (("effects", "nothing named"), ("moving", "nothing moves")):
+        for rig in rigs:
+            for one in str(rig.values[column]).split(", ") if column in rig.values and not rig.failed else ():
+                found.setdefault(one or without, []).append(rig.rig)
+    return dict(sorted(found.items(), key=lambda item: -len(item[1])))
