@@ -1,9 +1,12 @@
 """Every effect, planted in an easy log, is named, or the set that its file declares as look-alikes.
 
-One model and place an effect; ``python -m benchmarks.planted`` prints the table of all of them.
+One model and place an effect; with ``TSM_FMU_PLANTED=all`` every model and place, which takes 20 minutes.
+``python -m benchmarks.planted`` prints the table of all of them.
 """
 
 from __future__ import annotations
+
+import os
 
 import pytest
 
@@ -29,7 +32,10 @@ def test_every_place_is_one_of_the_effect() -> None:
         assert attach(kernel(case.model), spec).spec == spec
 
 
-@pytest.mark.parametrize("case", first_of_each(), ids=lambda case: case.effect)
+CASES = catalogue() if os.environ.get("TSM_FMU_PLANTED") == "all" else first_of_each()
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_it_is_named(case: Case) -> None:
     found = judged(case)
     assert found.right, f"{case.name}: {found.verdict} {', '.join(found.answer)}"
