@@ -135,7 +135,7 @@ CHANGES = {
     ),
     "dictionary": (
         lambda t: t.replace("<ssd:Elements>", '<ssd:Elements><ssd:SignalDictionaryReference name="d"/>', 1),
-        "has a signal dictionary",
+        "refers to the signal dictionary ''",
     ),
     "no fmu": (lambda t: t.replace("resources/Gain.fmu", "resources/None.fmu"), "component 'g' with source"),
     "outside": (lambda t: t.replace("resources/Gain.fmu", "../Gain.fmu"), "expected an FMU inside the archive"),

@@ -41,7 +41,7 @@ def _start_value(component: str, description: Description, name: str, value: Val
     port = description.ports.get(name)
     if port is None:
         raise unknown_variable(component, description, name)
-    if port.causality in ("output", "independent", "calculatedParameter") or port.variability == "constant":
+    if not takes_start(port):
         raise InputError(
             f"start value {address!r} is {article(port.causality)} -- expected a parameter or an input -- leave it out"
         )
@@ -52,6 +52,11 @@ def _start_value(component: str, description: Description, name: str, value: Val
             "the FMU is wired for -- leave it out"
         )
     return typed
+
+
+def takes_start(port: Port) -> bool:
+    """Whether a user may give it a start value: not what the FMU computes, nor a constant."""
+    return port.causality not in ("output", "independent", "calculatedParameter") and port.variability != "constant"
 
 
 def unknown_variable(component: str, description: Description, name: str) -> InputError:

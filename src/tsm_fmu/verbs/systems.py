@@ -101,7 +101,7 @@ def opened(what: str | os.PathLike[str], out: Path | None, settings: Settings) -
     Parameters
     ----------
     what : str or Path
-        Name of a scenario, or a file that ends in ``.ssp``.
+        Name of a scenario, a file that ends in ``.ssp``, or a folder that holds what such a file does.
     out : Path or None
         Folder for the FMUs of a scenario.
     settings : Settings
@@ -119,11 +119,12 @@ def opened(what: str | os.PathLike[str], out: Path | None, settings: Settings) -
             folder = (out or Path(stack.enter_context(TemporaryDirectory(prefix="tsm-fmu-")))).resolve()
             paths = {model: folder / "fmus" / f"{model}.fmu" for model in scenario.FMUS}
             cases, record = scenario.cases(paths), scenario.RECORD
-        elif what.endswith(".ssp"):
+        elif what.endswith(".ssp") or Path(what).is_dir():
             cases, record = stack.enter_context(open_ssp(Path(what))), None
         else:
             raise InputError(
-                f"{what!r} -- expected one of {', '.join(SCENARIOS)} or a file that ends in .ssp -- correct the name"
+                f"{what!r} -- expected one of {', '.join(SCENARIOS)}, a file that ends in .ssp, or its folder "
+                "-- correct the name"
             )
         cases = with_values(
             selected(cases, settings.case), {name: str(value) for name, value in settings.values.items()}
@@ -135,7 +136,7 @@ def opened(what: str | os.PathLike[str], out: Path | None, settings: Settings) -
         if scenario is not None:
             _build(fmus)
         there = stack.enter_context(simulation(settings.isolate, settings.time_limit))
-        name = what if scenario is not None else Path(what).name.removesuffix(".ssp")
+        name = what if scenario is not None else Path(what).resolve().name.removesuffix(".ssp")
         yield Opened(name, cases, record, scenario, there)
 
 

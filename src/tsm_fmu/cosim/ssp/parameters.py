@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
 
 from fmpy.model_description import BaseUnit
 
@@ -14,7 +13,8 @@ from ...models.contract import InputError
 from ..conversion import Definitions, conversion
 from ..description import Description, Port
 from ..start_values import Value
-from .xml import child, children, local, number, parse
+from .files import Files
+from .xml import child, children, local, number
 
 
 @dataclass(frozen=True)
@@ -102,13 +102,13 @@ def units(root: Any) -> dict[str, Any]:
     return found
 
 
-def bound(path: Path, folder: Path, owner: Any, definitions: Definitions) -> Iterator[Parameter]:
+def bound(files: Files, owner: Any, definitions: Definitions) -> Iterator[Parameter]:
     """Parameters of all bindings of a component or system, mapped.
 
     Parameters
     ----------
-    path, folder : Path
-        Archive, and where it is unpacked.
+    files : Files
+        As the description sees them.
     owner : element
         With ``ParameterBindings``.
     definitions : mapping
@@ -120,25 +120,14 @@ def bound(path: Path, folder: Path, owner: Any, definitions: Definitions) -> Ite
         A source outside the archive or of another kind, a parameter without value, a mapping that is not supported.
     """
     for binding in children(owner, "ParameterBindings", "ParameterBinding"):
-        prefix, source = binding.get("prefix", ""), binding.get("source")
-        table = child(binding, "ParameterValues", "ParameterSet")
-        if source is not None:
-            table = parse(path, _inside(path, folder, source), "ParameterSet")
+        prefix = binding.get("prefix", "")
+        table = files.table(binding, "ParameterSet", owner, "ParameterValues")
         mapping = child(binding, "ParameterMapping")
-        if mapping is not None and mapping.get("source"):
-            mapping = parse(path, _inside(path, folder, mapping.get("source")), "ParameterMapping")
-        elif mapping is not None:
-            mapping = child(mapping, "ParameterMapping")
+        if mapping is not None:
+            mapping = files.table(mapping, "ParameterMapping", owner)
         own = {**definitions, **units(table)}
-        given = [_parameter(path, node, prefix, own) for node in children(table, "Parameters", "Parameter")]
-        yield from given if mapping is None else _mapped(path, given, mapping)
-
-
-def _inside(path: Path, folder: Path, source: str) -> Path:
-    file = (folder / unquote(source)).resolve()
-    if not file.is_relative_to(folder.resolve()) or not file.is_file():
-        raise InputError(f"SSP {path}: parameter source {source!r} -- expected a file inside the archive -- pack it in")
-    return file
+        given = [_parameter(files.path, node, prefix, own) for node in children(table, "Parameters", "Parameter")]
+        yield from given if mapping is None else _mapped(files.path, given, mapping)
 
 
 def _parameter(path: Path, node: Any, prefix: str, definitions: Definitions) -> Parameter:
@@ -157,6 +146,8 @@ def _mapped(path: Path, given: list[Parameter], mapping: Any) -> Iterator[Parame
     used = set()
     for entry in children(mapping, "MappingEntry"):
         source, target = entry.get("source", ""), entry.get("target", "")
+        if not source:  # left open in the tool that wrote it
+            continue
         if source not in by_name:
             raise InputError(
                 f"SSP {path}: a mapping names the parameter {source!r} -- expected one of {', '.join(by_name)} "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -12,8 +12,9 @@ from ...models.contract import InputError
 from ..description import describe
 from ..system import Experiment, System
 from ..unpack import unpacked
+from .files import Files
 from .structure import read_structure
-from .xml import ANNOTATION, child, children, number, parse
+from .xml import ANNOTATION, child, children, local, number, parse
 
 Case = tuple[System, Experiment]
 MAIN = "SystemStructure.ssd"
@@ -23,17 +24,19 @@ MAIN = "SystemStructure.ssd"
 def open_ssp(path: Path) -> Iterator[dict[str, Case]]:
     """Unpack an SSP and yield its systems by variant name; their FMUs exist as long as the context.
 
+    A folder is read as the archive that it was, or will be.
+
     A further ``.ssd`` file that cannot be read is left out, and a note of the first system says so.
 
     Raises
     ------
     InputError
-        No such file, damaged, or what is not supported (signal dictionaries, value mappings on connections, components
-        that are not FMUs): each named.
+        No such file, damaged, or what is not supported (value mappings on connections, components that are not
+        FMUs): each named.
     """
-    if not path.is_file():
-        raise InputError(f"SSP {path} -- expected an existing .ssp file -- check the path")
-    with unpacked(path, "SSP") as folder:
+    if not path.exists():
+        raise InputError(f"SSP {path} -- expected an existing .ssp file or a folder -- check the path")
+    with nullcontext(path) if path.is_dir() else unpacked(path, "SSP") as folder:
         if not (folder / MAIN).is_file():
             raise InputError(f"SSP {path} has no {MAIN} -- expected one in its root -- export it again")
         name, (system, experiment) = _case(path, folder, folder / MAIN)
@@ -53,7 +56,8 @@ def _case(path: Path, folder: Path, file: Path) -> tuple[str, Case]:
     body = child(root, "System")
     if body is None:
         raise InputError(f"SSP {path} has no System element -- expected one of SSP 1.0 -- export it as SSP 1.0")
-    system = read_structure(path, folder, root).flat(body.get("name") or root.get("name") or path.stem)
+    files = Files(path, folder.resolve(), folder.resolve())
+    system = read_structure(files, root).flat(body.get("name") or root.get("name") or path.stem)
     return root.get("name") or file.stem, (system, _experiment(path, root, system))
 
 
@@ -65,13 +69,27 @@ def _experiment(path: Path, root: Any, system: System) -> Experiment:
     for note in notes:
         written |= dict(getattr(child(note, "experiment"), "attrib", {}))
     values: dict[str, Any] = {"start": times.get("startTime", "0"), "stop": times.get("stopTime", "1"), **written}
-    values.setdefault("step", _suggested_step(system))
+    values.setdefault("step", _step_of_others(root) or _suggested_step(system))
     numeric = {f.name for f in fields(Experiment) if str(f.type).startswith("float")}
     known: dict[str, Any] = {k: number(path, v) if k in numeric else v for k, v in values.items() if k in _EXPERIMENT}
     return Experiment(**known)
 
 
 _EXPERIMENT = {f.name for f in fields(Experiment)}
+
+
+_STEPS = {"FixedStepMaster": "stepSize", "FixedStepAlgorithm": "baseStepSize"}
+"""Elements of other tools' annotations that hold a communication step: of OMSimulator, of libcosim and Vico."""
+
+
+def _step_of_others(root: Any) -> str:
+    """The step that the outermost system or the experiment has for another tool; empty if none."""
+    for owner in (child(root, "System"), child(root, "DefaultExperiment")):
+        for annotation in children(owner, "Annotations", "Annotation"):
+            for node in annotation.iter():
+                if local(node) in _STEPS and (step := node.get(_STEPS[local(node)])):
+                    return step
+    return ""
 
 
 def _suggested_step(system: System) -> str:

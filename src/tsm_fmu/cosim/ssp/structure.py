@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
 
 from ...models.contract import InputError
 from ..conversion import Definitions, conversion
 from ..description import Description, describe
-from ..start_values import Value
+from ..start_values import Value, article, takes_start
 from ..system import Component, Connection, System
+from .files import Files
 from .parameters import Linear, Parameter, bound, linear, units
 from .xml import FMU_TYPE, SSD_TYPE, child, children, local, parse
 
@@ -31,15 +31,20 @@ class _Edge:
 
 @dataclass
 class Structure:
-    """What a system description holds, all levels; filled by `read_structure`."""
+    """What a system description holds, all levels; filled by `read_structure`.
+
+    Signal dictionaries are places as systems are, with an entry as a connector; ``places`` leads from a reference to
+    its dictionary.
+    """
 
     path: Path
-    folder: Path
     fmus: dict[Path_, Path] = field(default_factory=dict)
     systems: set[Path_] = field(default_factory=set)
     connectors: dict[Node, tuple[str, Definitions]] = field(default_factory=dict)
     edges: list[_Edge] = field(default_factory=list)
     bindings: list[tuple[Path_, Parameter]] = field(default_factory=list)
+    dictionaries: set[Path_] = field(default_factory=set)
+    places: dict[Path_, Path_] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
     def flat(self, name: str) -> System:
@@ -159,7 +164,9 @@ class Structure:
                 description = described[place]
                 port = description.ports.get(description.elements(target.name)[0])
                 address = ".".join((*place, target.name))
-                if port is not None:
+                if port is not None and not takes_start(port):
+                    self.notes.append(f"parameter {address} is left out: the FMU has {article(port.causality)} there")
+                elif port is not None:
                     found[place][target.name] = target.of(address, port, description)
                 elif owner in self.fmus:
                     found[place][target.name] = target.value  # refused by its name when the system is checked
@@ -194,75 +201,104 @@ class Structure:
                 yield from self._reached(inner, replace(parameter, name=parameter.name[len(inner[-1]) + 1 :]))
 
 
-def read_structure(path: Path, folder: Path, root: Any) -> Structure:
-    """Read a system description of the archive ``path``, unpacked in ``folder``, with all its levels.
+def read_structure(files: Files, root: Any) -> Structure:
+    """Read a system description with all its levels.
 
     Raises
     ------
     InputError
-        Signal dictionaries, value mappings on connections, components that are no FMU of the archive: each named.
+        Value mappings on connections, components that are no FMU of the archive: each named.
     """
-    found = Structure(path, folder.resolve())
-    _read_system(found, child(root, "System"), (), units(root))
+    found = Structure(files.path)
+    _read_system(found, files, child(root, "System"), (), units(root))
     return found
 
 
-def _read_system(found: Structure, node: Any, place: Path_, definitions: Definitions) -> None:
+def _read_system(found: Structure, files: Files, node: Any, place: Path_, definitions: Definitions) -> None:
     found.systems.add(place)
     _read_connectors(found, node, place, definitions)
-    found.bindings += [(place, p) for p in bound(found.path, found.folder, node, definitions)]
+    found.bindings += [(place, p) for p in bound(files, node, definitions)]
+    for dictionary in children(node, "SignalDictionaries", "SignalDictionary"):
+        _read_dictionary(found, files, dictionary, place, definitions)
     for element in child(node, "Elements") if child(node, "Elements") is not None else ():
         inner = (*place, element.get("name") or "")
         kind = local(element)
         if kind == "System":
-            _read_system(found, element, inner, definitions)
+            _read_system(found, files, element, inner, definitions)
         elif kind == "Component" and element.get("type") == SSD_TYPE:
-            root = parse(found.path, _file(found, element, inner), "SystemStructureDescription")
-            _read_system(found, child(root, "System"), inner, units(root))
-            found.bindings += [(inner, p) for p in bound(found.path, found.folder, element, definitions)]
+            file = _file(files, element, inner)
+            root = parse(found.path, file, "SystemStructureDescription")
+            _read_system(found, files.beside(file), child(root, "System"), inner, units(root))
+            found.bindings += [(inner, p) for p in bound(files, element, definitions)]
         elif kind == "Component":
-            _read_component(found, element, inner, definitions)
+            _read_component(found, files, element, inner, definitions)
         elif kind == "SignalDictionaryReference":
-            raise InputError(
-                f"SSP {found.path} has a signal dictionary -- expected connections between FMUs -- connect directly"
-            )
+            found.places[inner] = _dictionary(found, element, place)
     for connection in children(node, "Connections", "Connection"):
         _read_connection(found, connection, place)
 
 
 def _read_connectors(found: Structure, node: Any, place: Path_, definitions: Definitions) -> None:
     for connector in children(node, "Connectors", "Connector"):
-        unit = next((c.get("unit") for c in connector if c.get("unit")), "")
-        found.connectors[place, connector.get("name") or ""] = (unit, definitions)
+        found.connectors[place, connector.get("name") or ""] = (_stated_unit(connector), definitions)
 
 
-def _file(found: Structure, element: Any, place: Path_) -> Path:
-    source = element.get("source") or ""
-    file = (found.folder / unquote(source)).resolve()
-    if not file.is_relative_to(found.folder) or not file.is_file():
-        raise InputError(
-            f"SSP {found.path}: component {'.'.join(place)!r} with source {source!r} -- expected an FMU inside the "
-            "archive -- pack it in"
-        )
-    return file
+def _stated_unit(node: Any) -> str:
+    """Of a connector or an entry of a dictionary; empty without."""
+    return next((kind.get("unit") for kind in node if kind.get("unit")), "")
 
 
-def _read_component(found: Structure, element: Any, place: Path_, definitions: Definitions) -> None:
+def _read_dictionary(found: Structure, files: Files, node: Any, place: Path_, definitions: Definitions) -> None:
+    """A dictionary as a place among those of its system: its entries pass on what one element connects to them."""
+    table = files.table(node, "SignalDictionary", node)
+    here = (*place, f"{_DICTIONARY}{node.get('name') or ''}")
+    found.dictionaries.add(here)
+    for entry in children(table, "DictionaryEntry"):
+        found.connectors[here, entry.get("name") or ""] = (_stated_unit(entry), {**definitions, **units(table)})
+
+
+_DICTIONARY = "signal dictionary "
+
+
+def _dictionary(found: Structure, element: Any, place: Path_) -> Path_:
+    """Place of the dictionary that a reference names: of its system, or of the nearest around it that has one."""
+    name = element.get("dictionary") or ""
+    for level in range(len(place), -1, -1):
+        candidate = (*place[:level], f"{_DICTIONARY}{name}")
+        if candidate in found.dictionaries:
+            return candidate
+    reference = ".".join((*place, element.get("name") or ""))
+    raise InputError(
+        f"SSP {found.path}: {reference} refers to the signal dictionary {name!r} -- expected one that its system or "
+        "one around it has -- export it again"
+    )
+
+
+def _file(files: Files, element: Any, place: Path_) -> Path:
+    what = f"component {'.'.join(place)!r} with source"
+    return files.named(element.get("source") or "", what, "an FMU inside the archive")
+
+
+def _read_component(found: Structure, files: Files, element: Any, place: Path_, definitions: Definitions) -> None:
     if element.get("type", FMU_TYPE) != FMU_TYPE:
         raise InputError(
             f"SSP {found.path}: component {'.'.join(place)!r} is of type {element.get('type')!r} -- expected an FMU "
             "inside the archive -- pack it in as one"
         )
-    found.fmus[place] = _file(found, element, place)
+    wanted = element.get("implementation", "any")
+    if wanted not in ("any", "CoSimulation"):
+        found.notes.append(f"component {'.'.join(place)} is meant for {wanted}: its co-simulation runs instead")
+    found.fmus[place] = _file(files, element, place)
     _read_connectors(found, element, place, definitions)
-    found.bindings += [(place, p) for p in bound(found.path, found.folder, element, definitions)]
+    found.bindings += [(place, p) for p in bound(files, element, definitions)]
 
 
 def _read_connection(found: Structure, node: Any, place: Path_) -> None:
     ends: list[Node] = []
     for end in ("start", "end"):
         element, connector = node.get(f"{end}Element"), node.get(f"{end}Connector") or ""
-        ends.append(((*place, element) if element else place, connector))
+        where = (*place, element) if element else place
+        ends.append((found.places.get(where, where), connector))
     transformation = Linear()
     for kind in node:
         if local(kind) == "LinearTransformation":

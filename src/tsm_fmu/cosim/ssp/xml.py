@@ -19,8 +19,8 @@ SSD_TYPE = "application/x-ssp-definition"
 VERSIONS = ("1.0", "2.0")
 
 
-def parse(path: Path, file: Path, root_name: str) -> Any:
-    """Root of an XML file of the archive ``path``.
+def parse(path: Path, file: Path, root_name: str, content: bytes | None = None) -> Any:
+    """Root of an XML file of the archive ``path``; its ``content`` where it is not on the disk.
 
     Raises
     ------
@@ -29,12 +29,13 @@ def parse(path: Path, file: Path, root_name: str) -> Any:
     """
     options: Any = {"resolve_entities": False, "no_network": True, "remove_comments": True, "remove_pis": True}
     try:
+        content = file.read_bytes() if content is None else content
         try:
-            root = etree.parse(file, etree.XMLParser(**options)).getroot()
+            root = etree.fromstring(content, etree.XMLParser(**options))
         except etree.XMLSyntaxError as failure:
             if "Namespace prefix" not in str(failure):
                 raise
-            root = etree.parse(file, etree.XMLParser(recover=True, **options)).getroot()  # a prefix never declared
+            root = etree.fromstring(content, etree.XMLParser(recover=True, **options))  # a prefix never declared
     except (etree.XMLSyntaxError, OSError) as failure:
         reason = " ".join(str(failure).split())
         raise InputError(
