@@ -190,3 +190,15 @@ def test_what_cannot_be_as_the_author_meant_is_said(folder):
         "parameter i.x is left out: the FMU has an output there",
         "nothing drives i.u = 0: the FMU's own start values stay",
     )
+
+
+def test_names_that_are_no_identifiers_run_and_are_written_again(folder, tmp_path):
+    """Blanks, digits, brackets, and two that would become one."""
+    names = ("DP Controller", "1st", "arm[2]", "arm 2 ")
+    each = "".join(component(n, "parts/fmus/Integrator.fmu", bindings(inline("u", 0.2))) for n in names)
+    link = f'<ssd:Connection startElement="{names[0]}" startConnector="x" endElement="{names[1]}" endConnector="u"/>'
+    path = written(folder, f"<ssd:Elements>{each}</ssd:Elements><ssd:Connections>{link}</ssd:Connections>")
+    found = tsm.run(path, out=tmp_path / "out", step=0.1, stop=0.3).to_frame()
+    assert {c.partition(".")[0] for c in found if "." in c} == {"DP_Controller", "_1st", "arm_2_", "arm_2__"}
+    again = tsm.run(tmp_path / "out" / "theirs.ssp", step=0.1, stop=0.3).to_frame()
+    assert np.array_equal(again.to_numpy(), found.to_numpy())

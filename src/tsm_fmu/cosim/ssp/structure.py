@@ -14,7 +14,7 @@ from ..start_values import Value, article, takes_start
 from ..system import Component, Connection, System
 from .files import Files
 from .parameters import Linear, Parameter, bound, linear, units
-from .xml import FMU_TYPE, SSD_TYPE, child, children, local, parse
+from .xml import FMU_TYPE, SSD_TYPE, child, children, identifier, local, parse
 
 Path_ = tuple[str, ...]
 Node = tuple[Path_, str]
@@ -48,7 +48,7 @@ class Structure:
     notes: list[str] = field(default_factory=list)
 
     def flat(self, name: str) -> System:
-        """The flat system; names of nested components are joined by ``_``.
+        """The flat system; names of nested components are joined by ``_``, which replaces dots and blanks too.
 
         Raises
         ------
@@ -92,7 +92,7 @@ class Structure:
     def _names(self) -> dict[Path_, str]:
         found: dict[Path_, str] = {}
         for place in self.fmus:
-            name = "_".join(place).replace(".", "_")
+            name = identifier("_".join(place))
             while name in found.values():
                 name += "_"
             found[place] = name

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -19,7 +18,7 @@ from ..description import Description, describe
 from ..start_values import start_values
 from ..system import Component, Connection, Experiment, System
 from .read import Case
-from .xml import ANNOTATION, FMU_TYPE, PREFIXES, SSC, SSD, SSV
+from .xml import ANNOTATION, FMU_TYPE, PREFIXES, SSC, SSD, SSV, identifier
 
 PARAMETER_SET = "initialValues"
 """One name for the parameter sets of all components: a tool that applies sets by name applies all."""
@@ -78,13 +77,8 @@ def _add(archive: zipfile.ZipFile, member: str, content: bytes) -> None:
     archive.writestr(info, content)
 
 
-def _identifier(name: str) -> str:
-    plain = re.sub(r"\W", "_", name) or "system"
-    return plain if plain.isidentifier() else f"_{plain}"
-
-
 def _ssd(system: System, experiment: Experiment, resources: Mapping[Path, str]) -> bytes:
-    name = _identifier(system.name)
+    name = identifier(system.name)
     root = etree.Element(f"{SSD}SystemStructureDescription", nsmap=PREFIXES, version="1.0", name=name)
     body = etree.SubElement(root, f"{SSD}System", name=name)
     described = {component.name: describe(component.fmu) for component in system.components}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -86,3 +87,9 @@ def number(path: Path, text: str) -> float:
         return float(text)
     except ValueError:
         raise InputError(f"SSP {path}: {text!r} -- expected a number -- export it again") from None
+
+
+def identifier(name: str) -> str:
+    """The name with ``_`` for what no identifier has, which every tool reads."""
+    plain = re.sub(r"\W", "_", name) or "system"
+    return plain if plain.isidentifier() else f"_{plain}"
