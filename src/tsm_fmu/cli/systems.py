@@ -9,7 +9,12 @@ import typer
 
 from ..verbs import TIME_LIMIT as TIME_LIMIT
 
-System = Annotated[str, typer.Argument(metavar="SCENARIO|FILE.ssp", help="Scenario by name, or a system.")]
+System = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO|FILE.ssp", help="Scenario by name, or a system: an archive, or its unpacked folder."
+    ),
+]
 Folder = Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for all results.")]
 Values = Annotated[
     list[str], typer.Option("--set", metavar="COMPONENT.VARIABLE=VALUE", help="Start value; repeatable.")
