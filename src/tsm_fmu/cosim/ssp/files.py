@@ -58,6 +58,8 @@ class Files:
             Element that the file holds.
         owner : element
             Component that a source counts from where ``sourceBase`` says so: a folder in its FMU.
+        inside : str
+            Names of the elements between the node and that root, where there is no source.
 
         Raises
         ------
