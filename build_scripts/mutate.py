@@ -105,7 +105,7 @@ def copied() -> Path:
     """A copy of the tree at the same place in every run, so that what numba compiled there stays."""
     copy = WORK / "copy"
     shutil.rmtree(copy, ignore_errors=True)
-    ignored = shutil.ignore_patterns(".git", ".venv", "out", "__pycache__", "docs", ".hypothesis")
+    ignored = shutil.ignore_patterns(".git", ".venv", "out", "__pycache__", "_build", ".hypothesis")
     shutil.copytree(ROOT, copy, ignore=ignored, symlinks=True)
     return copy
 
@@ -402,7 +402,7 @@ def _forked(copy: Path, run: Callable[[], int], limit_s: float) -> int:
             os.dup2(log, stream)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
         resource.setrlimit(resource.RLIMIT_CPU, (int(limit_s), int(limit_s) + 5))
-        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+        resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))  # a browser reserves far more than it uses
         signal.signal(
             signal.SIGINT, signal.default_int_handler
         )  # in the background a shell ignores it, and tests send it

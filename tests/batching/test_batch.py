@@ -1,71 +1,17 @@
-"""Batches: processes that die, defects, resumption; many rigs with one that fails."""
+"""Batches over many rigs, of which one fails."""
 
 from __future__ import annotations
-
-import os
 
 import numpy as np
 import pandas as pd
 import pytest
 
 import tsm_fmu as tsm
-from tsm_fmu.batching.kept import Kept
-from tsm_fmu.batching.mapped import here
-from tsm_fmu.batching.processes import cores, exit_in_words, processes
-from tsm_fmu.batching.run import run_batch
 from tsm_fmu.cli.app import run
 from tsm_fmu.logs.record import write_record
 from tsm_fmu.models.contract import InputError
 from tsm_fmu.verbs import batch
 from tsm_fmu.verbs.batch import RigResult, RigWork
-
-LOST = "{}: {}".format  # what goes to other processes is importable there; so is eval
-
-
-def test_a_process_that_dies_and_a_defect_cost_one_item_each():
-    items = ["2**7", "__import__('os')._exit(3)", "1/0", "3**5"]
-    done: dict[int, object] = {}
-    counts: list[int] = []
-    run_batch(eval, items, done, lost=LOST, keep=lambda n, r: None, workers=2, advance=counts.append)
-    assert (done[0], done[3]) == (128, 243)
-    assert done[1] == f"{items[1]}: it ended its process with exit code 3, 2 times"
-    assert "internal error: ZeroDivisionError" in str(done[2])
-    assert counts == [1, 2, 3, 4]
-
-
-def test_no_more_processes_work_than_are_asked_for():
-    items = [f"({k}, __import__('os').getpid())" for k in range(9)]
-    done: dict[int, tuple[int, int]] = {}
-    run_batch(eval, items, done, lost=LOST, keep=lambda n, r: None, workers=2)
-    assert {number: result[0] for number, result in done.items()} == {k: k for k in range(9)}
-    assert len({process for _, process in done.values()} - {os.getpid()}) in (1, 2)
-
-
-def test_one_process_or_one_item_is_this_process():
-    assert processes(1, 9) is here
-    assert processes(5, 1) is here
-    assert processes(2, 2) is not here
-    assert processes(None, 9) is not here or cores() == 1
-    with pytest.raises(InputError, match="workers 0 -- expected 1 or more"):
-        processes(0, 9)
-
-
-def test_how_a_process_ended_in_words():
-    assert [exit_in_words(code) for code in (0, 3, -9)] == ["with exit code 0", "with exit code 3", "by SIGKILL"]
-
-
-def test_kept_results_survive_a_torn_line_and_count_only_for_the_same_batch(tmp_path):
-    path = tmp_path / "points.jsonl"
-    first = Kept(path, {"seed": 3})
-    first.add(4, {"y": 1.25})
-    first.add(1, {"y": -0.5})
-    with path.open("a", encoding="utf-8") as file:
-        file.write('[2, {"y": 7')
-    again = Kept(path, {"seed": 3})
-    assert again.results == {4: {"y": 1.25}, 1: {"y": -0.5}}
-    again.add(2, {"y": 9.0})
-    assert Kept(path, {"seed": 3}).results == {4: {"y": 1.25}, 1: {"y": -0.5}, 2: {"y": 9.0}}
-    assert Kept(path, {"seed": 4}).results == {}
 
 
 @pytest.fixture

@@ -68,6 +68,9 @@ def without_main() -> Iterator[None]:
 class _Worker:
     """A process that does one item after the other."""
 
+    number: int
+    """Of the item it has."""
+
     def __init__(self, work: Callable[[Any], Any], lost: Callable[[Any, str], Any]) -> None:
         context = multiprocessing.get_context("spawn")  # a fork would inherit the threads of compiled kernels
         self.connection, other = context.Pipe()
@@ -75,7 +78,6 @@ class _Worker:
         with without_main():
             self._process.start()
         other.close()
-        self.number = -1
 
     def take(self, number: int, item: Any) -> None:
         self.number = number
@@ -105,11 +107,11 @@ def _mapped(
         """Give it the next item, or send it home."""
         found = next(rest, None)
         if found is None:
+            workers.remove(worker)
             worker.stop()
             return
         taken[found[0]] = found[1]
         worker.take(*found)
-        workers.append(worker)
 
     try:
         for first in rest:
@@ -122,17 +124,17 @@ def _mapped(
         while workers:
             for connection in wait([worker.connection for worker in workers]):
                 worker = next(w for w in workers if w.connection is connection)
-                workers.remove(worker)
                 number, item = worker.number, taken[worker.number]
                 try:
                     result = worker.connection.recv()
                 except (EOFError, ConnectionError):
+                    workers.remove(worker)
                     how = worker.ended()
                     tries[number] = tries.get(number, 0) + 1
                     worker = _Worker(work, lost)
+                    workers.append(worker)
                     if tries[number] < TRIES:
                         worker.take(number, item)
-                        workers.append(worker)
                         continue
                     result = lost(item, f"it ended its process {how}, {TRIES} times")
                 del taken[number]
