@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from tsm_fmu.identification import page
 from tsm_fmu.identification.fit import SETTLING, Fit, fit
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record
+from tsm_fmu.models import MODELS
 from tsm_fmu.regression.problem import FitRun
 from tsm_fmu.regression.specification import per_run_fields, search_space
 from tsm_fmu.report import Figure, Line
@@ -174,3 +177,73 @@ def test_a_model_driven_by_speed_shows_its_residual_over_the_travel(monkeypatch)
     correlations = seen.sections["Parameters"].tables[-1]
     assert [row[0] for row in correlations.rows] == ["sigma2", "F_c"]
     assert correlations.rows[0][2] == correlations.rows[1][1] == f"{found.uncertainty.correlation[0, 1]:.3f}"
+
+
+def test_two_channels_have_each_their_own_numbers_lines_and_sentences(monkeypatch) -> None:
+    """The second channel is of other size and unit; the proof shows the first."""
+    model = kernel("TendonDrive")
+    t = 0.013 * np.arange(200)
+    x = 0.7 * np.sin(2.3 * t)
+    noise = np.random.default_rng(5).normal(0.0, 1.0, (200, 2)) * [0.01, 0.003]
+    inputs = np.column_stack([x, 0.05 * np.cos(t)])
+    space = search_space(model, values={"x_0": 0.1}).freeing_only(["x_0", "tau_c"])
+    truth = model.simulate(model.params(values={"x_0": 0.13, "tau_c": 0.09}), t, inputs)
+    columns = [[v.name for v in model.outputs].index(c) for c in ("x_out", "tau_in")]
+    runs = [FitRun("one", t, inputs, truth[:, columns] + noise)]
+    found = fit(model, runs, ("x_out", "tau_in"), space, single_start=True, intervals="profile")
+    found = replace(found, noise_floor={"tau_in": 0.002}, complete=False)
+    seen = written(monkeypatch, found, runs)
+    rmse = {c: found.measured[c].rmse for c in ("x_out", "tau_in")}
+    assert seen.summary == (
+        f"x_out: RMSE {DEGREE * rmse['x_out']:.4g} deg on the measured runs. "
+        f"tau_in: RMSE {rmse['tau_in']:.4g} N.m on the measured runs; what does not repeat from period to period is "
+        "0.002 N.m."
+    )
+    title = "tau_in, run one (measured)"
+    assert seen.lines("tau_in: fit", title)["measured"].y == pytest.approx(runs[0].targets[:, 1])
+    left = seen.lines("tau_in: residual", "Model minus measured, over time")["one"].y
+    assert np.sqrt(np.mean(np.square(left))) == pytest.approx(rmse["tau_in"], rel=1e-9)
+    assert seen.figures("tau_in: residual")["Model minus measured, over time"].panels[0].y_label.endswith("[N.m]")
+    assert seen.proof.title.startswith("x_out of the measured run one")
+    assert seen.proof.panels[0].lines[0].y == pytest.approx(DEGREE * runs[0].targets[:, 0])
+    assert [p.y_label for p in seen.proof.panels] == ["x_out [deg]", "error [deg]"]
+    assert "the others fitted anew" in seen.sections["Parameters"].text
+    assert f"worth {found.uncertainty.effective_samples:.0f} independent samples" in seen.sections["Parameters"].text
+    assert f"sensitivities: {found.uncertainty.condition_number:.4g}." in seen.sections["Parameters"].text
+    errors = seen.sections["Errors"].tables[0].rows
+    assert [(row[2], row[5]) for row in errors] == [("x_out", "deg"), ("tau_in", "N.m")] * 2
+    assert seen.provenance["method"] == "fast, seed 0, interrupted"
+    assert seen.provenance["cost"] == f"{found.evaluations} simulations of one run, {found.wall_s:.2f} s"
+    assert len(seen.sections["Parameters"].tables) == 2  # no value of a run's own
+
+
+def test_what_to_know_is_every_finding_as_a_sentence(backlash, monkeypatch) -> None:
+    found, runs = backlash
+    seen = written(monkeypatch, replace(found, findings=("c is odd", "the rest is not")), runs)
+    assert seen.sections["What to know"].text == "C is odd.\n\nThe rest is not."
+    seen = written(monkeypatch, replace(found, findings=()), runs)
+    assert seen.sections["What to know"].text.startswith("No bound holds the fit")
+    several = replace(found, at_bound=frozenset(["c"]), undetermined=("c", "x_0"))
+    rows = {row[0]: row[5] for row in written(monkeypatch, several, runs).sections["Parameters"].tables[0].rows}
+    assert rows["c"] == "on a bound, not determined"
+    assert rows["x_0"] == "per run, mean, not determined"
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda m: m.NAME)
+def test_a_residual_is_drawn_over_the_place_and_the_speed_once_each(model) -> None:
+    """Of a straight motion with x = 0.3 + 0.2 t the speed is 0.2 wherever it comes from, and so is its travel."""
+    one = kernel(model.NAME)
+    t = np.array([0.0, 0.1, 0.25, 0.7])
+    units = [v.quantity.unit for v in one.inputs]
+    inputs = np.column_stack([0.2 + 0.0 * t if u.endswith("/s") else 0.3 + 0.2 * t for u in units] or [t])
+    run = FitRun("r", t, inputs, inputs)
+    over = page._abscissas(cast(Fit, SimpleNamespace(kernel=one)))
+    factors = {"deg": DEGREE, "mm": 1e3, "deg/s": DEGREE, "mm/s": 1e3}
+    for name, of in over.items():
+        word, unit = name.removesuffix("]").split(" [")
+        begin = 0.0 if word == "travel" else 0.3
+        expected = np.full(4, 0.2) if unit.endswith("/s") else begin + 0.2 * t
+        assert of(run) == pytest.approx(factors[unit] * expected), name
+    driven = {"v", one.roles.motion} & {v.name for v in one.inputs}
+    assert len(over) == (2 if driven or any(v.name.startswith("x") for v in one.inputs) else 0)
+    assert len({name.endswith("/s]") for name in over}) == len(over)
