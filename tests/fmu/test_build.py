@@ -2,6 +2,7 @@
 
 import ast
 import os
+import stat
 import struct
 import subprocess
 import sys
@@ -77,6 +78,18 @@ def test_archive_is_deflated_and_undated(fmu):
             assert info.date_time == (1980, 1, 1, 0, 0, 0)
             assert info.compress_type == zipfile.ZIP_DEFLATED
     assert fmu.stat().st_size < 0.5 * sum(map(len, files_of(fmu).values()))
+
+
+def test_an_archive_is_the_same_from_any_system_sorted_and_its_libraries_may_run(fmu):
+    with zipfile.ZipFile(fmu) as archive:
+        listed = archive.infolist()
+    assert [info.filename for info in listed] == sorted(info.filename for info in listed)
+    for info in listed:
+        runs = info.filename.startswith("binaries/")
+        assert stat.filemode(info.external_attr >> 16) == ("?rwxr-xr-x" if runs else "?rw-r--r--")
+        assert info.external_attr & 0xFFFF == 0
+        assert info.create_system == 3  # Unix, where these modes count
+    assert any(info.filename.startswith("binaries/") for info in listed)
 
 
 def test_module_names_carry_the_tag_of_the_content(fmu):

@@ -15,6 +15,7 @@ from tsm_fmu.kernels.chain import chain
 from tsm_fmu.kernels.kernel import Kernel, kernel
 from tsm_fmu.logs.units import unit_to_si
 from tsm_fmu.models import MODELS
+from tsm_fmu.models.contract import sizes
 
 
 def described(k: Kernel, **starts: float) -> Element:
@@ -205,3 +206,83 @@ def test_a_default_experiment_is_a_whole_number_of_steps(model):
 
 def test_a_chain_has_the_experiment_of_its_model():
     assert chain("SingleTsmDahl", ("coulomb",)).roles.experiment.step == 2e-3
+
+
+ARRAYS = {"LebusTransmission", "LebusCompensator"}
+"""Models with parameters that are arrays: one variable each in FMI 3.0."""
+
+
+def heads_of(model: Kernel) -> list[tuple[int, int]]:
+    """Value reference and length (0: a number) of each variable of FMI 3.0."""
+    found, at = [], 0
+    for part in ("Params", "Inputs", "Outputs"):
+        for size in sizes(getattr(model.module, part)):
+            found.append((at, size))
+            at += size or 1
+    return found
+
+
+def test_fmi_3_says_of_every_variable_what_fmi_2_says_and_has_arrays_as_one(model):
+    """Numbers one by one; of an array the name without the index, and the start values of all its items."""
+    starts = {v.name: v.start * 1.25 + 0.01 for v in model.parameters if v.kind is float}
+    reference = reference_run(model, model.params())
+    fmu = interface(model, "Named", starts, reference.largest())
+    flavour = Flavour("", "", {"canGetAndSetFMUstate": "true", "canSerializeFMUstate": "false",
+                               "providesDirectionalDerivative": "true", "canNotUseMemoryManagementFunctions": "true",
+                               "needsExecutionTool": "false"}, {"logAll": "all of it"})  # fmt: skip
+    two, three = model_description(fmu, "guid", flavour), model_description3(fmu, "guid", flavour)
+    listed2 = [*two.iter("ScalarVariable")]
+    time, *listed3 = next(three.iter("ModelVariables"))
+    assert time.attrib == {"name": "time", "valueReference": str(len(listed2)), "causality": "independent",
+                           "variability": "continuous", "description": "simulation time"}  # fmt: skip
+    heads = heads_of(model)
+    assert [int(v.get("valueReference", "")) for v in listed3] == [at for at, _ in heads]
+    assert any(size for _, size in heads) is (model.name in ARRAYS)
+    for (at, size), node in zip(heads, listed3, strict=True):
+        old, typed = listed2[at], listed2[at][0]
+        choices = [*model.parameters, *model.inputs, *model.outputs][at].quantity.choices
+        assert node.tag == ("Enumeration" if choices else {"Real": "Float64", "Integer": "Int32"}[typed.tag])
+        assert node.get("name") == (old.get("name", "").removesuffix("_1") if size else old.get("name"))
+        assert old.get("description", "").startswith(node.get("description", "nothing"))
+        for name in ("causality", "variability", "initial"):
+            assert node.get(name) == old.get(name)
+        given = [v[0].get("start") for v in listed2[at : at + (size or 1)]]
+        assert node.get("start") == (None if given[0] is None else " ".join(str(g) for g in given))
+        for name in ("min", "max", "unit", "displayUnit", "nominal"):
+            assert node.get(name) == typed.get(name)
+        assert [d.attrib for d in node] == ([{"start": str(size)}] if size else [])
+    simulation = three.find("CoSimulation")
+    assert simulation is not None
+    assert simulation.attrib == {"modelIdentifier": "Named", "canGetAndSetFMUState": "true",
+                                 "canSerializeFMUState": "false", "providesDirectionalDerivatives": "true",
+                                 "needsExecutionTool": "false"}  # fmt: skip
+    assert [c.attrib for c in three.iter("Category")] == [{"name": "logAll", "description": "all of it"}]
+    assert (three.get("fmiVersion"), three.get("modelName"), three.get("instantiationToken")) == (
+        "3.0",
+        "Named",
+        "guid",
+    )
+    experiments = [xml.find("DefaultExperiment") for xml in (two, three)]
+    assert experiments[0] is not None
+    assert experiments[1] is not None
+    assert experiments[0].attrib == experiments[1].attrib
+
+
+def test_the_structure_of_fmi_3_is_that_of_fmi_2_by_value_reference(model):
+    """An index counts from 1, a reference from 0; items within an array are not listed."""
+    fmu = interface(model, model.name, {})
+    two, three = (d(fmu, "guid", Flavour("", "", {}, {})) for d in (model_description, model_description3))
+    listed = {at for at, _ in heads_of(model)}
+    for tag2, tag3 in (("Outputs", "Output"), ("InitialUnknowns", "InitialUnknown")):
+        expected = {
+            int(u.get("index", "")) - 1: [int(d) - 1 for d in u.get("dependencies", "").split() if int(d) - 1 in listed]
+            for u in next(two.iter(tag2))
+        }
+        found = {
+            int(u.get("valueReference", "")): [int(d) for d in u.get("dependencies", "").split()]
+            for u in three.iter(tag3)
+        }
+        assert found == {at: needs for at, needs in expected.items() if at in listed}
+    assert (three.find("TypeDefinitions") is not None) is any(
+        v.quantity.choices for v in (*model.parameters, *model.inputs, *model.outputs)
+    )

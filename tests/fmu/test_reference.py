@@ -68,6 +68,7 @@ def test_inputs_move_and_outputs_answer(name, tmp_path):
         assert given is not None
         assert turns(given[v.name]).size >= 2, v.name
         assert given[v.name].min() >= v.quantity.lo, v.name
+        assert given[v.name].max() <= v.quantity.hi, v.name
     for v in kernel(name).outputs:
         assert (np.ptp(expected[v.name]) == 0.0) == ((name, v.name) in CONSTANT), v.name
     assert any(np.ptp(expected[v.name][:SMOKE_ROWS]) > 0.0 for v in kernel(name).outputs)
@@ -129,3 +130,75 @@ def test_no_two_inputs_turn_together_but_derivatives_do():
     assert not places[0] & places[1] & places[2]
     x, v, _a = np.array(stimuli(kernel("PairedTsmFriction")))[:, :3].T
     assert np.abs(np.gradient(x, STEP) - v)[2:-2].max() < 0.1 * np.abs(v).max()
+
+
+def test_the_motion_is_a_plan_of_strokes_that_close_their_loops():
+    """A rest first; a wide stroke each way, a loop within a stroke, a small one at its end, rests; a full stroke."""
+    durations, goals = np.array(KNOTS).T
+    assert motion(0.0) == motion(STEP) == (0.0, 0.0, 0.0)
+    assert ((durations > 2 * STEP) & (durations < 0.7)).all()  # no move is shorter than two rows, none drags on
+    assert durations.sum() == pytest.approx(4.25, abs=0.02)  # 272 rows
+    assert (np.abs(goals) <= 1.0).all()
+    assert (goals.max(), goals.min()) == pytest.approx((1.0, -0.9), abs=0.05)
+    moves = np.diff(goals, prepend=0.0)
+    rests = moves == 0.0
+    assert list(np.flatnonzero(rests)) == [0, 6, 10, 13]
+    assert sorted({abs(g) > 0.0 for g in goals[rests]}) == [False, True]  # at the origin and under load
+    turned = np.sign(moves[~rests])
+    assert (turned[1:] == -turned[:-1]).all()
+    closed = [k for k in range(len(goals) - 2) if goals[k] == goals[k + 2] and not rests[k + 1]]
+    assert len(closed) == 2  # each nested loop goes back to where it began
+    depths = [abs(goals[k + 1] - goals[k]) for k in closed]
+    assert depths == pytest.approx([0.66, 0.21], abs=0.02)
+    strokes = np.abs(moves[~rests])
+    assert np.sort(strokes)[-3:].min() > 1.3
+    assert (strokes < 2.0).all()
+    assert (strokes / durations[~rests] < 4.5).all()  # as fast as a rig moves, not faster
+    for k, (time, place) in enumerate(zip(np.cumsum(durations), goals, strict=True)):
+        x, v, _ = motion(float(time))
+        assert x == pytest.approx(place, abs=1e-12), k
+        assert v == pytest.approx(0.0, abs=1e-12)
+    assert motion(99.0) == (goals[-1], 0.0, 0.0)
+    middle = motion(float(durations[0] + 0.5 * durations[1]))
+    assert middle == pytest.approx((0.5 * goals[1], 0.5 * np.pi * goals[1] / durations[1], 0.0), abs=1e-9)
+
+
+SIZES = {
+    "m": (0.0173, 0.0031), "rad": (1.27, 0.31), "N": (3.7, 6.3), "N.m": (0.083, 0.037), "V": (11.3, 0.7),
+    "1": (1.9, 0.13),
+}  # fmt: skip
+"""Amplitude about the middle by unit: millimetres, a radian, cords that stay taut, the supply of a small motor."""
+RANGES = {
+    ("LebusWinding", "theta"): (1.6, 61.0), ("LebusTransmission", "theta_in"): (-21.3, 24.1),
+    ("LebusTransmission", "tau_load"): (-0.036, 0.078), ("LebusCompensator", "theta_r"): (-21.3, 24.1),
+    ("LebusCompensator", "T_measured"): (2.0, 7.8), ("HangingLoad", "s"): (-1.0, 1.0),
+}  # fmt: skip
+"""Least and largest value of the signals that a model has of its own."""
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda m: m.NAME)
+def test_every_signal_has_the_size_of_its_unit_and_a_pace_of_its_own(model):
+    k = kernel(model.NAME)
+    u = np.array(stimuli(k)).reshape(ROWS, len(k.inputs))
+    assert (u[0] == u[1]).all()
+    small = np.array(stimuli(k, size=0.37)).reshape(u.shape)
+    assert small == pytest.approx(0.37 * u, rel=1e-12, abs=1e-15)
+    fine = np.array(stimuli(k, step=STEP / 4)).reshape(1 + int(sum(d for d, _ in KNOTS) * 4 / STEP), len(k.inputs))
+    assert fine[::4] == pytest.approx(u, rel=1e-12, abs=1e-12)
+    for j, v in enumerate(k.inputs):
+        unit = v.quantity.unit
+        x = np.array([motion(0.83**j * t)[0] for t in TIME])
+        if v.name in ("v", "a"):
+            amplitude = SIZES[unit.partition("/")[0]][0]
+            expected = [amplitude * motion(t)["va".index(v.name) + 1] for t in TIME]
+            assert u[:, j] == pytest.approx(np.array(expected), rel=1e-12)
+            continue
+        own = RANGES.get((k.name, v.name))
+        if own:
+            assert own[0] <= u[:, j].min()
+            assert u[:, j].max() <= own[1]
+            assert np.ptp(u[:, j]) > 0.8 * (own[1] - own[0])
+            middle, amplitude = np.polynomial.polynomial.polyfit(x, u[:, j], 1)
+        else:
+            amplitude, middle = SIZES[unit]
+        assert u[:, j] == pytest.approx(middle + amplitude * x, rel=1e-9, abs=1e-12)

@@ -53,6 +53,7 @@ SCALES_OF = {
     ("LebusTransmission", "tau_load"): (0.021, 0.057),  # up to 0.5 kg on the wheel, then the other tendon pulls
     ("LebusCompensator", "theta_r"): (0.31, 23.7),
     ("LebusCompensator", "T_measured"): (4.9, 2.9),
+    ("HangingLoad", "s"): (0.0, 1.0),  # from one cord to the other
 }
 """Where a model needs another range than its units suggest."""
 

@@ -282,7 +282,8 @@ class Operators:
         if value.number is not None:
             if value.type == FLOAT:
                 return self.arithmetic.literal(-value.number)
-            return Value(f"-{value.text}", INT, UNARY, number=-value.number)
+            number = int(-value.number)
+            return Value(str(number), INT, UNARY if number < 0 else PRIMARY, number=number)
         if value.type == INT:
             return Value(f"-{inside(value, PRIMARY)}", INT, UNARY, value.fails)
         return self.arithmetic.negative(value)
