@@ -81,7 +81,7 @@ JUMP_KEPT_SHARE = 0.5
 """A jump keeps more than this part of its step; what comes back at once is a glitch."""
 
 GLITCH_SAMPLES = 3
-"""An excursion of fewer samples is a glitch of the measurement: no drive moves there and back so fast."""
+"""An excursion of so many samples or fewer is a glitch of the measurement: no drive moves there and back so fast."""
 
 FEWEST_BLOCKS = 8
 """Blocks that a run must have to say what is usual in it."""
