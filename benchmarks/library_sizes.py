@@ -21,6 +21,7 @@ CHAINS = (
     "TendonDrive+stribeck+backlash@x_out",
     "LebusCompensator+backlash+sensor_lag",
     "LebusCompensator+smooth_backlash+sensor_lag+delay",
+    "LebusCompensator+smooth_backlash+sensor_lag+delay+backlash",
     "LebusTransmission+smooth_backlash+delay",
     "DcMotor+smooth_backlash+delay",
 )

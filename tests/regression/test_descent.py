@@ -16,7 +16,7 @@ from tsm_fmu.regression.sensitivity import sensitivity_scales
 from tsm_fmu.regression.specification import per_run_fields, search_space
 
 
-@pytest.mark.parametrize("rows", [3, 7, 8, 4001])
+@pytest.mark.parametrize("rows", [3, 7, 8, 4001, 30_011])
 @pytest.mark.parametrize("size", [0.0, 1.7e-3, 2.9e6])
 def test_norms_and_slopes_are_those_of_all_rows(rows: int, size: float) -> None:
     rng = np.random.default_rng(rows)

@@ -11,11 +11,9 @@ friction that depends on it is solved for by Aitken's method.
 
 from __future__ import annotations
 
-import hashlib
-import linecache
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import cache
-from types import ModuleType
 from typing import Any
 
 from .. import models
@@ -27,7 +25,35 @@ from .arrays import FloatArray
 from .attached import Attached
 from .chain_source import Writer, adds_load, friction_unit, load_unit
 from .drives import Drive, read_drives
-from .kernel import Kernel, kernel
+from .kernel import Kernel, is_kept, kernel
+from .staged import Staged
+
+WORTH_COMPILING = 20_000_000
+"""Rows that a chain simulates in stages before it is compiled: they cost about as much more than its own compiled form
+as the compiler does. Where that is kept from before, it is used at once."""
+
+
+@dataclass(frozen=True)
+class Chain(Kernel):
+    """A model with effects.
+
+    Attributes
+    ----------
+    staged : Staged or None
+        The same piece by piece; None where something that an effect changes always comes back to what was before it.
+    """
+
+    staged: Staged | None = field(compare=False)
+
+    def in_stages(self, table: FloatArray) -> Staged | None:
+        """Its pieces, where they can simulate a table and to compile the whole would take longer than it saves."""
+        if self.staged is None or not self.staged.can_simulate(table) or is_kept(self.module):
+            return None
+        return self.staged if self.staged.rows < WORTH_COMPILING else None
+
+    def compiled(self, table: FloatArray) -> Callable[..., None]:
+        staged = self.in_stages(table)
+        return staged.run if staged else super().compiled(table)
 
 
 @cache
@@ -55,11 +81,11 @@ def chain(model: str, effects: tuple[str, ...], drives: tuple[Drive, ...] = ()) 
     attached = [attach(base, text) for text in effects]
     if len({a.prefix for a in attached}) < len(attached):
         raise InputError(f"effects {', '.join(effects)} of {model} -- expected each effect once a place -- drop one")
-    source = Writer(base, attached, drives).text()
-    name = f"chain_{hashlib.sha256(source.encode()).hexdigest()[:12]}"
-    module = compiled_cache.module(models, name, source) or _module(name, source)
+    writer = Writer(base, attached, drives)
+    source = writer.text()
+    module = compiled_cache.module(models, compiled_cache.named("chain", source), source)
     module.__dict__["SOURCE_TEXT"] = source
-    return Kernel(module)
+    return Chain(module, None if writer.feeds_back else Staged(writer, Kernel(module)))
 
 
 @dataclass(frozen=True)
@@ -85,18 +111,6 @@ def model_part(chained: Kernel, p: Any, inputs: FloatArray, outputs: FloatArray)
     module = kernel(chained.name).module
     first = (module.Params, p), (module.Inputs, inputs.T), (module.Outputs, outputs.T)
     return ModelPart(*(own(*values[: len(own._fields)]) for own, values in first))
-
-
-def _module(name: str, source: str) -> ModuleType:
-    """The module where it cannot be a file."""
-    module = ModuleType(f"{models.__name__}.{name}")
-    module.__package__ = models.__name__
-    module.__file__ = f"<{name}>"
-    linecache.cache[module.__file__] = (len(source), None, source.splitlines(keepends=True), module.__file__)
-    # with this file's own annotations as texts, those of a driven chain would be looked up in no module
-    code = compile(source, module.__file__, "exec", dont_inherit=True)
-    exec(code, module.__dict__)  # noqa: S102  our own text, names from the registry
-    return module
 
 
 def attach(base: Kernel, text: str) -> Attached:

@@ -35,6 +35,17 @@ class Writer:
         self.drives = tuple({d.column: d for d in every if d.column not in self.inputs}.values())
         self.listens = drives
 
+    @property
+    def feeds_back(self) -> bool:
+        """Whether an effect on the friction reads the load that the model estimates from the friction."""
+        readers = (a for _, a in self.friction if "load" in a.module.Inputs._fields and not a.drive("load"))
+        return self.load_is_output and any(readers)
+
+    @property
+    def can_hold(self) -> bool:
+        """Whether the model, where its parameter ``hold`` is 1, keeps a load that effects on the friction change."""
+        return bool(self.roles.held_load and self.friction)
+
     def text(self) -> str:
         return "\n".join(
             [
@@ -73,10 +84,10 @@ class Writer:
         optional = [n for n in ("ROLES", "CONDITIONS") if hasattr(self.module, n)]
         lines = [f"from .{self.model_file} import {n} as model_{n}" for n in names + optional]
         lines += [f"from .{self.model_file} import PRESETS"]
-        lines += [_imported(f, f"model_friction_{way}") for f, way in self._port("friction", "read", "write")]
-        lines += [_imported(f, f"model_load_{way}") for f, way in self._port("held_load", "level", "between", "write")]
+        lines += [imported(f, f"model_friction_{way}") for f, way in self._port("friction", "read", "write")]
+        lines += [imported(f, f"model_load_{way}") for f, way in self._port("held_load", "level", "between", "write")]
         channels = dict.fromkeys(a.channel for a in self.attached if a.on_lost_motion)
-        lines += [_imported(self.roles.lost_motion[c], f"model_lost_{c}") for c in channels]
+        lines += [imported(self.roles.lost_motion[c], f"model_lost_{c}") for c in channels]
         for number, a in enumerate(self.attached):
             file = a.module.__name__.rsplit(".", 1)[-1]
             optional = ["CONDITIONS"] if hasattr(a.module, "CONDITIONS") else []
@@ -165,19 +176,23 @@ class Writer:
         ]
         return bool(used) and not measured and field not in self.module.Params._fields
 
-    def _motion_parameter(self, field: str) -> str:
+    def motion_parameter(self, field: str) -> str:
         if self._own_motion_parameter(field):
             return f"p.motion__{field}"
         return f"p.{field}" if field in self.module.Params._fields else "1.0"  # 1.0: no effect asks for it
 
-    def _call(self, kind: str, number: int, a: Attached, y: str, load: str) -> str:
+    def signals(self, a: Attached, y: str, load: str) -> list[str]:
+        """What an effect takes, in the order of its inputs: a number or a field of p, u, m or o."""
         signals = {"y": y, "x": "m.x", "v": "m.v", "a": "m.a", "s": "m.s", "z": "m.z", "load": load}
         if not self.load:
             signals["load"] = "1.0"  # an effect that may be without takes it as one
-        signals["x_pre"] = self._motion_parameter("x_pre")
+        signals["x_pre"] = self.motion_parameter("x_pre")
         signals["drive"] = f"{'u' if self.drive in self.inputs else 'o'}.{self.drive}" if self.drive else "0.0"
         signals |= {d.signal: f"u.{d.column}" for d in a.drives}
-        inputs = ", ".join(signals[f] for f in a.module.Inputs._fields)
+        return [signals[f] for f in a.module.Inputs._fields]
+
+    def _call(self, kind: str, number: int, a: Attached, y: str, load: str) -> str:
+        inputs = ", ".join(self.signals(a, y, load))
         parameters = self._effect_params(number, a)
         made = f"e{number}_Inputs({inputs})"
         if kind == "start":
@@ -244,7 +259,7 @@ class Writer:
             speed = "0.0" if self.position else "u.v"
             return [f"    m = Motion({position}, {speed}, 0.0, 0.0, 0.0)"]
         before = f"Motion({', '.join(f's.motion__{f}' for f in Motion._fields)})"
-        x_pre, tau_v, tau_a = (self._motion_parameter(f) for f in ("x_pre", "tau_v", "tau_a"))
+        x_pre, tau_v, tau_a = (self.motion_parameter(f) for f in ("x_pre", "tau_v", "tau_a"))
         if self.position:
             return [f"    m = motion_from_position({before}, {position}, {x_pre}, {tau_v}, {tau_a}, dt)"]
         if "a" in self.inputs:
@@ -307,7 +322,7 @@ class Writer:
         ]
 
 
-def _imported(function: Any, name: str) -> str:
+def imported(function: Any, name: str) -> str:
     """Import of a function of a model, from the file that it is written in, under another name."""
     return f"from .{function.__module__.partition('.models.')[2]} import {function.__name__} as {name}"
 

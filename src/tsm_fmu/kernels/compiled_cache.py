@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib
+import linecache
 import os
 import shutil
 import sys
@@ -74,18 +75,34 @@ def written(name: str, text: str) -> str:
     return str(path)
 
 
-def module(package: ModuleType, name: str, text: str) -> ModuleType | None:
-    """A generated module of a package, imported from its file here; None where there is no folder.
+def module(package: ModuleType, name: str, text: str) -> ModuleType:
+    """A generated module of a package, imported from its file here; without a file where there is no folder.
 
     What is kept of compiled functions names the modules of their types: they must be importable in another process.
     """
     place, file = folder(), written(name, text)
     if place is None or file == f"<{name}>":
-        return None
+        return _without_file(package, name, text)
     if str(place) not in package.__path__:
         package.__path__.append(str(place))
     importlib.invalidate_caches()
     return importlib.import_module(f"{package.__name__}.{name}")
+
+
+def named(kind: str, text: str) -> str:
+    """Name of a generated module by its text: numba would not see that the text behind a name has changed."""
+    return f"{kind}_{hashlib.sha256(text.encode()).hexdigest()[:12]}"
+
+
+def _without_file(package: ModuleType, name: str, text: str) -> ModuleType:
+    found = ModuleType(f"{package.__name__}.{name}")
+    found.__package__ = package.__name__
+    found.__file__ = f"<{name}>"
+    linecache.cache[found.__file__] = (len(text), None, text.splitlines(keepends=True), found.__file__)
+    # with this file's own annotations as texts, those of a driven chain would be looked up in no module
+    code = compile(text, found.__file__, "exec", dont_inherit=True)
+    exec(code, found.__dict__)  # noqa: S102  our own text, names from the registry
+    return found
 
 
 def own(module: str) -> bool:

@@ -29,7 +29,7 @@ from ..models.contract import (
     variables,
 )
 from .arrays import FloatArray
-from .compiled_cache import kept, own, written
+from .compiled_cache import folder, kept, own, written
 
 INLINED = 10_000
 """Bytes of code of a ``start`` or ``step``, with all it calls, up to which it is inlined: to pass a state of many
@@ -135,6 +135,11 @@ class Kernel:
         """Say what a user should know about allowed parameters, one line each."""
         return check_conditions(conditions_of(self.module), p)
 
+    def compiled(self, table: FloatArray) -> Callable[..., None]:
+        """What simulates it for each row of a table of parameters; see `compiled_run`."""
+        del table  # to those that ask
+        return compiled_run(self.module)
+
     def simulate(self, p: Any, time: ArrayLike, inputs: ArrayLike, *, compiled: bool = True) -> FloatArray:
         """Outputs at every row: row 0 starts the kernel, row k+1 is its k-th step.
 
@@ -182,9 +187,10 @@ class Kernel:
                 f"time {t[row]} s in row {row} -- expected more than {t[row - 1]} s -- sort or cut the log"
             )
         y = np.empty((t.size, len(self.outputs)))
-        run = compiled_run(self.module) if compiled else _runner(self.module, self.module.start, self.module.step)
+        table = np.array([flat(p)], dtype=float)
+        run = self.compiled(table) if compiled else plain_run(self.module)
         try:
-            run(np.array([flat(p)], dtype=float), np.array([[0, t.size, 0]]), t, u, y, np.zeros(1, dtype=np.int64))
+            run(table, np.array([[0, t.size, 0]]), t, u, y, np.zeros(1, dtype=np.int64))
         except (ValueError, ArithmeticError) as failure:
             advice = "" if " -- " in str(failure) else " -- expected finite numbers -- check parameters and inputs"
             raise InputError(f"{self.name} stopped: {failure}{advice}") from failure
@@ -199,10 +205,22 @@ def compiled_run(module: ModuleType) -> Callable[..., None]:
     after its last, and its first in ``y``. Simulations begin with that of number ``at[0]``, which counts them: after
     a failure it is the one that failed. All of them run without the interpreter's lock.
     """
-    loops = compiled_loops(module)
+    return _over_records(module, compiled_loops(module))
+
+
+def plain_run(module: ModuleType) -> Callable[..., None]:
+    """The same in plain Python."""
+    return _over_records(module, _runner(module, module.start, module.step))
+
+
+def _over_records(module: ModuleType, loops: Callable[..., None]) -> Callable[..., None]:
+    """Loops for inputs that are the columns of one array."""
+    count = len(module.Inputs._fields)
+    columns = np.array([np.arange(count), np.ones(count)], dtype=np.int64)
 
     def run(table: FloatArray, spans: Any, t: FloatArray, u: FloatArray, y: FloatArray, at: Any) -> None:
-        loops(table, spans, _read_only(t), _read_only(u), y, at)
+        spans = np.column_stack([spans, *[spans[:, 0]] * count])
+        loops(table, spans, read_only(t), (read_only(u),) * count, columns, y, at)
 
     return run
 
@@ -211,12 +229,25 @@ def compiled_run(module: ModuleType) -> Callable[..., None]:
 def compiled_loops(module: ModuleType) -> Any:
     """Function of numba behind `compiled_run`, compiled for the types of its first call.
 
+    ``loops(table, spans, t, u, columns, y, at)``: the j-th input is in the array ``u[j]``, in its column
+    ``columns[0, j]``, from row ``spans[i, 3 + j]`` on in steps of ``columns[1, j]``, 0 for a number that stays.
     ``start`` and ``step`` are compiled by cloning them, and the functions they call, with numba's globals.
     """
     return _njit(_runner(module, _clone(module.start), _clone(module.step)))
 
 
-def _read_only(array: FloatArray) -> FloatArray:
+@cache
+def is_kept(module: ModuleType) -> bool:
+    """Whether the loops of a kernel are compiled already, by another process."""
+    place = folder()
+    return bool(place and any(place.glob(f"*/{_loops_name(module)}.run-*.nbi")))
+
+
+def _loops_name(module: ModuleType) -> str:
+    return f"loop_{module.__name__.rpartition('.')[2]}"
+
+
+def read_only(array: FloatArray) -> FloatArray:
     """An array as the loops take it: to numba one that may be written to is of another type, compiled once more."""
     view = np.ascontiguousarray(array).view()
     view.flags.writeable = False
@@ -253,30 +284,33 @@ def _clone(function: FunctionType) -> Any:
 
 def _runner(module: ModuleType, start: Any, step: Any) -> Any:
     """The loops over records, written out so that numba sees one named tuple per row."""
+    inputs = range(len(module.Inputs._fields))
 
     def row(k: str) -> str:
-        return f"Inputs({', '.join(f'u[{k}, {j}]' for j in range(len(module.Inputs._fields)))})"
+        return f"Inputs({', '.join(f'u[{j}][a{j} + d{j} * {k}, c{j}]' for j in inputs)})"
 
-    def stored(indent: str, k: str) -> str:
-        return "".join(f"{indent}y[{k}, {j}] = o.{f}\n" for j, f in enumerate(module.Outputs._fields))
+    def stored(indent: str, row: str) -> str:
+        return "".join(f"{indent}y[{row}, {j}] = o.{f}\n" for j, f in enumerate(module.Outputs._fields))
 
     numbers = [f"{v.kind.__name__}(table[i, {j}])" for j, v in enumerate(variables(module.Params))]
     values = ", ".join(_nested(numbers, sizes(module.Params)))
     source = (
-        f"def run(table, spans, t, u, y, at):\n"
-        f"    for i in range(at[0], len(table)):\n"
+        "def run(table, spans, t, u, columns, y, at):\n"
+        + "".join(f"    c{j}, d{j} = columns[0, {j}], columns[1, {j}]\n" for j in inputs)
+        + f"    for i in range(at[0], len(table)):\n"
         f"        at[0] = i\n"
         f"        p = Params({values})\n"
         f"        first, end, to = spans[i, 0], spans[i, 1], spans[i, 2]\n"
-        f"        s, o = start(p, {row('first')})\n"
+        + "".join(f"        a{j} = spans[i, {3 + j}]\n" for j in inputs)
+        + f"        s, o = start(p, {row('0')})\n"
         f"{stored('        ', 'to')}"
-        f"        for k in range(first + 1, end):\n"
-        f"            s, o = step(p, s, {row('k')}, t[k] - t[k - 1])\n"
-        f"{stored('            ', 'to + k - first')}"
+        f"        for k in range(1, end - first):\n"
+        f"            s, o = step(p, s, {row('k')}, t[first + k] - t[first + k - 1])\n"
+        f"{stored('            ', 'to + k')}"
     )
     names: dict[str, Any] = {"__name__": module.__name__, "start": start, "step": step}
     names |= {"Params": module.Params, "Inputs": module.Inputs}
-    name = f"loop_{module.__name__.rpartition('.')[2]}"
+    name = _loops_name(module)
     file = written(name, source) if own(module.__name__) else f"<{name}>"
     exec(compile(source, file, "exec"), names)  # noqa: S102  our own text, no input in it
     return names["run"]

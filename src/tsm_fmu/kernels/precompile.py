@@ -1,4 +1,4 @@
-"""Compile every model and effect into the cache, so that a first diagnosis waits for its chains alone.
+"""Compile every model and effect into the cache, so that a first diagnosis need not wait for the compiler.
 
 ``python -m tsm_fmu.kernels.precompile``, once after an installation; ``make demo`` does so in the background, the first
 time. What is compiled already is left.
@@ -13,10 +13,11 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from ..effects import EFFECTS, coordinates
+from ..effects import EFFECTS, coordinates, coordinates_of_speed
 from ..models import MODELS
 from .compiled_cache import folder
-from .kernel import compiled_run
+from .kernel import Kernel, compiled_run
+from .ports import ports
 
 
 def main() -> int:
@@ -30,7 +31,7 @@ def main() -> int:
     return 0
 
 
-_MODULES = (coordinates, *EFFECTS, *MODELS)
+_MODULES = (coordinates, coordinates_of_speed, *EFFECTS, *MODELS, *(p for m in MODELS for p in ports(Kernel(m))))
 
 
 def _compile(number: int) -> None:

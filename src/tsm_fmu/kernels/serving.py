@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
 from .arrays import FloatArray
+from .chain import Chain
 from .kernel import Kernel, compiled_run
 
 
@@ -34,6 +36,18 @@ class Serving:
     columns: np.ndarray
     neutral: FloatArray
 
+    def fill(self, table: FloatArray, spans: Any, t: FloatArray, u: FloatArray, y: FloatArray) -> None:
+        """Fill ``y`` as `kernel.compiled_run` does, with NaN for a simulation that stops."""
+        table, at = self.widened(table), np.zeros(1, dtype=np.int64)
+        while at[0] < len(table):
+            try:
+                self.run(table, spans, t, u, y, at)
+                break
+            except (ValueError, ArithmeticError):
+                first, end, to = spans[at[0]]
+                y[to : to + end - first] = np.nan
+                at[0] += 1
+
     def widened(self, table: FloatArray) -> FloatArray:
         """A table of values of the kernel as the compiled form takes it."""
         if table.shape[1] == self.neutral.size:
@@ -41,6 +55,12 @@ class Serving:
         found = np.tile(self.neutral, (len(table), 1))
         found[:, self.columns] = table
         return found
+
+
+def filling(kernel: Kernel, table: FloatArray) -> Callable[..., Any]:
+    """What simulates a kernel for a table of parameters: ``fill(table, spans, t, u, y)``, NaN where one stops."""
+    staged = kernel.in_stages(table) if isinstance(kernel, Chain) else None
+    return staged.fill if staged else serving(kernel).fill
 
 
 _COMPILED: dict[str, dict[tuple[str, ...], Kernel]] = {}

@@ -24,6 +24,8 @@ from .solver import SearchLog, Solution
 
 FARTHEST = 10.0
 """The scale of a positive parameter is not beyond this many times its value, where a slope means nothing."""
+CACHED_ROWS, MANY_ROWS = 4096, 30_000
+"""Of more than `MANY_ROWS` so many are factorised at once, which stay in a processor's cache, then their factors."""
 
 
 @dataclass(frozen=True)
@@ -195,14 +197,22 @@ def triangle(residual: FloatArray, columns: FloatArray) -> FloatArray:
     residual : ndarray, shape (rows,)
     columns : ndarray, shape (rows, n)
     """
-    # scipy's, which other threads need not wait for; numpy's keeps the interpreter's lock
-    turned: FloatArray = qr(np.column_stack([residual, columns]), mode="raw", check_finite=False)[1]  # pyright: ignore
+    stacked = np.column_stack([residual, columns])
+    if len(stacked) > MANY_ROWS:
+        parts = range(0, len(stacked), CACHED_ROWS)
+        stacked = np.vstack([_factor(stacked[k : k + CACHED_ROWS]) for k in parts])
+    turned = _factor(stacked)
     found = np.zeros((columns.shape[1] + 1, columns.shape[1]))
     rows = min(len(found), len(turned))
     found[:rows] = turned[:rows, 1:]
     if turned[0, 0] < 0.0:
         found[0] *= -1.0
     return found
+
+
+def _factor(rows: FloatArray) -> FloatArray:
+    """The triangular factor; scipy's, which other threads need not wait for (numpy's keeps the interpreter's lock)."""
+    return qr(rows, mode="raw", check_finite=False)[1]  # pyright: ignore
 
 
 def _within_reach(problem: Problem, table: FloatArray, sensitivities: Mapping[str, float]) -> dict[str, float]:

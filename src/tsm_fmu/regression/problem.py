@@ -6,7 +6,7 @@ All parameter values of a problem are one table of shape (runs, parameters), in 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from itertools import pairwise
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..kernels.arrays import FloatArray
 from ..kernels.kernel import Kernel
-from ..kernels.serving import serving
+from ..kernels.serving import filling
 from ..models.contract import Condition, Variable, packed
 from .search_space import SearchSpace
 from .threads import on_shared_threads
@@ -26,7 +26,9 @@ MAX_ROWS = 40_000
 """Rows of the optimiser's residual; longer data are averaged over blocks (every sample is still simulated)."""
 PARALLEL_ROWS = 50_000
 """Below so many rows to simulate, threads cost more than they give."""
-PIECE_ROWS = 25_000
+Points = Sequence[tuple[int, FloatArray]]
+"""Runs by their number, each with a row of values."""
+PIECE_ROWS = 50_000
 """Rows simulated in one call, but for longer runs: enough to leave the interpreter's lock alone, few in memory."""
 
 
@@ -204,9 +206,9 @@ class Problem:
         """Simulated channels of every run at its row of a table."""
         return self.outputs_at(list(enumerate(table)))
 
-    def outputs_at(self, points: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+    def outputs_at(self, points: Points) -> list[FloatArray]:
         """Simulated channels of several (run, row of values)."""
-        return [y for piece in self._pieces(points) for y in self._channels(piece)]
+        return self._by_pieces(self._channels, points)
 
     def gaps(self, table: FloatArray) -> list[FloatArray]:
         """Measured minus simulated channels of every run at its row of a table."""
@@ -216,12 +218,10 @@ class Problem:
         """Weighted residual of one run, averaged over blocks, channel by channel, shape (rows,)."""
         return self.residuals([(run, row)])[0]
 
-    def residuals(self, points: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+    def residuals(self, points: Points) -> list[FloatArray]:
         """Residuals of several (run, row of values), simulated side by side."""
-        pieces = list(self._pieces(points))
         many = sum(self._rows[k] for k, _ in points) >= PARALLEL_ROWS
-        found = on_shared_threads(self._residuals, pieces) if many else map(self._residuals, pieces)
-        return [residual for piece in found for residual in piece]
+        return self._by_pieces(self._residuals, points, on_shared_threads if many else map)
 
     def pooling_residual(self, table: FloatArray) -> FloatArray:
         """Weighted distances of the runs' values from their centre, one pooled parameter after the other."""
@@ -238,32 +238,44 @@ class Problem:
             total += float(np.sum(self.pooling_residual(table) ** 2))
         return total if np.isfinite(total) else np.inf
 
-    def _residuals(self, points: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+    def _residuals(self, points: Points) -> list[FloatArray]:
         simulated = zip(points, self._channels(points), strict=True)
         return [self.condensed((y - self.runs[k].targets) * self.weights) for (k, _), y in simulated]
 
-    def _channels(self, points: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+    def _channels(self, points: Points) -> list[FloatArray]:
         simulated = zip(points, self._simulated(points), strict=True)
         return [y[self.runs[k].lead_time.size :, self.columns] for (k, _), y in simulated]
 
-    def _pieces(self, points: Sequence[tuple[int, FloatArray]]) -> Iterator[list[tuple[int, FloatArray]]]:
-        """The wanted simulations in parts of about `PIECE_ROWS` rows."""
-        piece, rows = [], 0
+    def _by_pieces(
+        self, work: Callable[[Points], list[FloatArray]], points: Points,
+        map_: Callable[..., Iterable[list[FloatArray]]] = map,
+    ) -> list[FloatArray]:  # fmt: skip
+        """Results for points in their order, worked on in parts of about `PIECE_ROWS` rows, run by run.
+
+        Simulations of one run can have the pieces of a chain in common.
+        """
+        order = sorted(range(len(points)), key=lambda i: points[i][0])
+        found = (y for piece in map_(work, self._pieces([points[i] for i in order])) for y in piece)
+        placed = dict(zip(order, found, strict=True))
+        return [placed[i] for i in range(len(points))]
+
+    def _pieces(self, points: Points) -> list[Points]:
+        pieces: list[list[tuple[int, FloatArray]]] = []
+        rows = PIECE_ROWS
         for k, row in points:
-            piece.append((k, row))
-            rows += self._rows[k]
             if rows >= PIECE_ROWS:
-                yield piece
-                piece, rows = [], 0
-        if piece:
-            yield piece
+                pieces.append([])
+                rows = 0
+            pieces[-1].append((k, row))
+            rows += self._rows[k]
+        return [*pieces]
 
     @cached_property
     def _rows(self) -> list[int]:
         """Rows to simulate of each run."""
         return [run.lead_time.size + run.time.size for run in self.runs]
 
-    def _simulated(self, points: Sequence[tuple[int, FloatArray]]) -> list[FloatArray]:
+    def _simulated(self, points: Points) -> list[FloatArray]:
         """All outputs of several (run, row of values), with what was before; of one where the model stops only NaN."""
         used = sorted({k for k, _ in points})
         times, all_inputs = zip(*(self.runs[k].with_lead for k in used), strict=True)
@@ -271,18 +283,11 @@ class Problem:
             (times[0], all_inputs[0]) if len(used) == 1 else (np.concatenate(times), np.concatenate(all_inputs))
         )
         first = dict(zip(used, np.cumsum([0, *(t.size for t in times)]).tolist(), strict=False))
-        form = serving(self.kernel)
-        table = form.widened(np.array([row for _, row in points]))
+        table = np.array([row for _, row in points])
         to = np.cumsum([0, *(self._rows[k] for k, _ in points)], dtype=np.int64)
         spans = np.array([(first[k], first[k] + self._rows[k], at) for (k, _), at in zip(points, to, strict=False)])
-        y, at = np.empty((to[-1], len(self.kernel.outputs))), np.zeros(1, dtype=np.int64)
-        while at[0] < len(points):
-            try:
-                form.run(table, spans, time, inputs, y, at)
-                break
-            except (ValueError, ArithmeticError):
-                y[to[at[0]] : to[at[0] + 1]] = np.nan
-                at[0] += 1
+        y = np.empty((to[-1], len(self.kernel.outputs)))
+        filling(self.kernel, table)(table, spans, time, inputs, y)
         return [y[a:b] for a, b in pairwise(to.tolist())]
 
     def condensed(self, samples: FloatArray) -> FloatArray:

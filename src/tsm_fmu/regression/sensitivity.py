@@ -69,7 +69,9 @@ def finite_differences(
         for k, still in enumerate(base):
             change = (moved[number * len(base) + k] - still) / p.steps[k]
             found[edges[k] : edges[k + 1], p.columns[k]] = change.ravel()
-    return np.nan_to_num(found, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+    if not np.isfinite(found).all():
+        np.nan_to_num(found, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+    return found
 
 
 def row_edges(samples: Sequence[FloatArray]) -> FloatArray:

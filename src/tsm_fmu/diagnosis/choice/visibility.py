@@ -86,9 +86,10 @@ class _Compared:
     def visible(self, one: Attached) -> tuple[FloatArray, bool]:
         """RMS by channel, over the spread, that the runs would show of the effect; whether the baseline has it."""
         found, beyond = [], []
+        ordinarily, in_these = self.in_ordinary_use.acting(one), self.in_runs.acting(one)
         for shape in self.in_ordinary_use.shapes(one.module):
-            ordinary_use, steps = self.in_ordinary_use.columns(one, shape)
-            in_runs, _ = self.in_runs.columns(one, shape, steps)
+            ordinary_use, steps = ordinarily.columns(shape)
+            in_runs, _ = in_these.columns(shape, steps)
             for in_ordinary_use, now in zip(ordinary_use, in_runs, strict=True):
                 whole = self._rms(in_ordinary_use).max()
                 if whole <= 0.0:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
@@ -14,9 +14,10 @@ from ...effects import shapes_of, sizes_of
 from ...effects.about import Scale, Shape
 from ...kernels.arrays import FloatArray
 from ...kernels.attached import Attached
-from ...kernels.chain import model_part
+from ...kernels.chain import ModelPart, model_part
 from ...kernels.kernel import Kernel, kernel
-from ...models.contract import InputError
+from ...kernels.serving import filling
+from ...models.contract import InputError, flat
 from ...regression.sensitivity import output_jacobian
 from ..criteria import SHAPE_RANGE_RATIO
 from ..runs.motion_signals import Coordinates, coordinates_of, load_channel
@@ -93,80 +94,117 @@ class Responses:
         ranges = {name: self.extent.limits(shape) for name, shape in shapes_of(attached.module).items()}
         return {public(attached, name): ends for name, ends in ranges.items() if ends is not None}
 
+    def acting(self, attached: Attached) -> Acting:
+        """An effect at its place, to be given shapes and sizes."""
+        return Acting(self, attached)
+
+
+class Acting:
+    """An effect that acts on the signals of a fitted model, in all runs at once.
+
+    Parameters
+    ----------
+    responses : Responses
+    attached : Attached
+    """
+
+    def __init__(self, responses: Responses, attached: Attached) -> None:
+        self.responses, self.attached, self.effect = responses, attached, Kernel(attached.module)
+        fitted, problem, names = responses.fitted, responses.problem, [v.name for v in responses.kernel.outputs]
+        self.channel = names.index(attached.channel) if attached.channel else None
+        self.port = None if attached.channel else responses.base.roles.friction
+        self.parts = [
+            model_part(responses.kernel, problem.params(row), run.inputs, full)
+            for row, run, full in zip(fitted.table, problem.runs, responses.full, strict=True)
+        ]
+        self.before = [self._before(part, full) for part, full in zip(self.parts, responses.full, strict=True)]
+        self.time = np.concatenate([run.time for run in problem.runs])
+        inputs = [
+            np.column_stack([self.before[k] if v.name == "y" else self._signal(k, v.name) for v in self.effect.inputs])
+            for k in range(len(problem.runs))
+        ]
+        self.inputs = np.concatenate(inputs)
+        self.edges = np.cumsum([0, *(run.time.size for run in problem.runs)])
+        self.size = float(np.sqrt(np.sum(responses.flat(fitted.residuals) ** 2)))
+
     def columns(
-        self, attached: Attached, shape: Mapping[str, float], steps: Sequence[float] | None = None
+        self, shape: Mapping[str, float], steps: Sequence[float] | None = None
     ) -> tuple[list[FloatArray], list[float]]:
         """Response to each size parameter alone, and the step it was taken with.
 
         Parameters
         ----------
-        attached : Attached
         shape : mapping of str to float
             Values of the shape parameters.
         steps : sequence of float, optional
             Steps of the size parameters; chosen so that the response is of the residual's size by default.
         """
-        effect, target_size = Kernel(attached.module), float(np.sqrt(np.sum(self.flat(self.fitted.residuals) ** 2)))
         columns, taken = [], []
-        for number, (name, role) in enumerate(sizes_of(attached.module).items()):
+        for number, (name, role) in enumerate(sizes_of(self.attached.module).items()):
             if steps is not None:
                 step = steps[number]
             else:
                 step = role.first
-                size = float(np.linalg.norm(self.response(attached, effect, {**shape, name: step})))
+                size = float(np.linalg.norm(self.response({**shape, name: step})))
                 if math.isfinite(size) and size > 0.0:
-                    limit = _largest(effect, name)
-                    step = math.copysign(min(max(abs(step) * target_size / size, 1e-9), limit), step)
-            column = self.response(attached, effect, {**shape, name: step})
+                    limit = _largest(self.effect, name)
+                    step = math.copysign(min(max(abs(step) * self.size / size, 1e-9), limit), step)
+            column = self.response({**shape, name: step})
             columns.append(column if np.isfinite(column).all() else np.zeros_like(column))
             taken.append(step)
         return columns, taken
 
-    def response(self, attached: Attached, effect: Kernel, values: Mapping[str, float]) -> FloatArray:
-        """Change of all channels by an effect, as one weighted column."""
+    def response(self, values: Mapping[str, float]) -> FloatArray:
+        """Change of all channels by the effect, as one weighted column."""
+        problem, weights = self.responses.problem, self.responses.weights
         try:
-            p = effect.params(None, values)
+            p = self.effect.params(None, values)
         except InputError:
-            return np.zeros(sum(r.targets.size for r in self.problem.runs))
-        runs = range(len(self.problem.runs))
-        return self.flat([self._change(attached, effect, p, k)[:, self.problem.columns] for k in runs])
+            return np.zeros(len(self.time) * len(weights))
+        y = np.full((len(self.time), len(self.effect.outputs)), np.nan)
+        if np.isfinite(self.inputs).all():
+            table = np.tile(np.array(flat(p), dtype=float), (len(problem.runs), 1))
+            spans = np.column_stack([self.edges[:-1], self.edges[1:], self.edges[:-1]])
+            filling(self.effect, table)(table, spans, self.time, self.inputs, y)
+        after = [y[a:b, 0] for a, b in pairwise(self.edges)]
+        return self.responses.flat([self._change(k, one)[:, problem.columns] for k, one in enumerate(after)])
 
-    def _change(self, attached: Attached, effect: Kernel, p: Any, k: int) -> FloatArray:
+    def _before(self, part: ModelPart, full: FloatArray) -> FloatArray:
+        """What the effect changes, before it."""
+        if self.port:
+            return self.port.read(part.parameters, part.inputs, part.outputs)
+        if self.attached.on_lost_motion:
+            return self.responses.base.roles.lost_motion[self.attached.channel](
+                part.parameters, part.inputs, part.outputs
+            )
+        return full[:, self.channel]
+
+    def _change(self, k: int, after: FloatArray) -> FloatArray:
         """Change of all outputs of a run by the effect."""
-        run, signals, full = self.problem.runs[k], self.signals[k], self.full[k]
-        part = model_part(self.kernel, self.problem.params(self.fitted.table[k]), run.inputs, full)
-        channel = [v.name for v in self.kernel.outputs].index(attached.channel) if attached.channel else None
-        port = self.base.roles.friction if channel is None else None
-        before = port.read(part.parameters, part.inputs, part.outputs) if port else full[:, channel]
-        if attached.on_lost_motion:
-            before = self.base.roles.lost_motion[attached.channel](part.parameters, part.inputs, part.outputs)
-        columns = [before if v.name == "y" else self._signal(attached, signals, k, v.name) for v in effect.inputs]
-        try:
-            after = effect.simulate(p, run.time, np.column_stack(columns))[:, 0]
-        except InputError:
-            return np.full_like(full, np.nan)
+        part, full = self.parts[k], self.responses.full[k]
         change = np.zeros_like(full)
-        if port:
-            for j, column in enumerate(port.write(part.parameters, part.inputs, part.outputs, after)):
+        if self.port:
+            for j, column in enumerate(self.port.write(part.parameters, part.inputs, part.outputs, after)):
                 change[:, j] = column - full[:, j]
         else:
-            change[:, channel] = (before - after) if attached.on_lost_motion else (after - before)
+            change[:, self.channel] = (self.before[k] - after) * (1.0 if self.attached.on_lost_motion else -1.0)
         return change
 
-    def _signal(self, attached: Attached, signals: Coordinates, k: int, name: str) -> FloatArray:
-        run, inputs = self.problem.runs[k], [v.name for v in self.kernel.inputs]
-        column = attached.drive(name)
+    def _signal(self, k: int, name: str) -> FloatArray:
+        run, base = self.responses.problem.runs[k], self.responses.base
+        inputs = [v.name for v in self.responses.kernel.inputs]
+        column = self.attached.drive(name)
         if column is not None:
             return run.inputs[:, inputs.index(column.column)]
-        if name == "load" and not self.base.roles.load:
+        if name == "load" and not base.roles.load:
             return np.ones(run.time.size)  # as an effect takes one that it may be without
         if name == "drive":
-            drive = self.base.roles.drive
+            drive = base.roles.drive
             if drive in inputs:
                 return run.inputs[:, inputs.index(drive)]
-            outputs = [v.name for v in self.kernel.outputs]
-            return self.full[k][:, outputs.index(drive)] if drive else np.zeros(run.time.size)
-        value = getattr(signals, name)
+            outputs = [v.name for v in self.responses.kernel.outputs]
+            return self.responses.full[k][:, outputs.index(drive)] if drive else np.zeros(run.time.size)
+        value = getattr(self.responses.signals[k], name)
         return np.zeros(run.time.size) if value is None else value
 
 

@@ -87,12 +87,12 @@ class _Bench:
         self.residual = self.responses.outside(self.responses.flat(fitted.residuals))
 
     def screened(self, attached: Attached) -> Screened:
-        effect = Kernel(attached.module)
+        acting = self.responses.acting(attached)
         sizes = list(sizes_of(attached.module))
         tried: list[tuple[float, dict[str, float]]] = []
         for shape in self.responses.shapes(attached.module):
-            columns, steps = self.responses.columns(attached, shape)
-            gain, amounts = self._explained(effect, sizes, np.column_stack(columns))
+            columns, steps = acting.columns(shape)
+            gain, amounts = self._explained(acting.effect, sizes, np.column_stack(columns))
             values = {**shape, **{n: a * h for n, a, h in zip(sizes, amounts, steps, strict=True)}}
             tried.append((gain, {public(attached, n): v for n, v in values.items()}))
         tried.sort(key=lambda one: -one[0])

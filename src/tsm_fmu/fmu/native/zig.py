@@ -36,7 +36,7 @@ FAST = ("-O2", "-mllvm", "-inline-threshold=1000")
 LIMIT = 100_000
 """Size of a library [B] from which on the model's own equations are compiled for size too."""
 
-SMALL = ("-Os", "-DSMALL", "-fno-asynchronous-unwind-tables", "-fno-unwind-tables")
+SMALL = ("-Os", "-DSMALL", "-fno-asynchronous-unwind-tables", "-fno-unwind-tables", "-D_FORTIFY_SOURCE=0")
 """Options from there on."""
 
 SMALLEST = (*SMALL, "-mllvm", "-inline-threshold=-10")
@@ -47,7 +47,7 @@ WINDOWS = "windows.c"
 _UCRT = tuple(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in "convert heap math private runtime stdio string".split())
 
 
-_MACOS = ("-Wl,-x", "-Wl,-headerpad,0x20")  # neither names of static functions nor a page of free space
+_MACOS = ("-Wl,-x", "-Wl,-headerpad,0x0")  # neither names of static functions nor a page of free space
 _TEXTS_AS_DATA = ("-fwritable-strings",)  # pages of 16 kB: texts fill up that of the data
 
 

@@ -24,7 +24,7 @@ static int shortest(double x, char digits[DIGITS + 1])
         }
     }
     digits[n] = '\0';
-    return atoi(c + 1);
+    return (int)strtod(c + 1, NULL);
 }
 
 /* Text of a number as repr() gives it. */

@@ -95,7 +95,7 @@ const char *slave_inputs_text(const Slave *slave, char *text, size_t size)
 static char *copied(const char *text)
 {
     size_t size = strlen(text) + 1;
-    char *copy = malloc(size);
+    char *copy = calloc(1, size);
     return copy == NULL ? NULL : memcpy(copy, text, size);
 }
 
@@ -112,7 +112,7 @@ Slave *slave_new(const char *name, const char *guid, bool logging, Log log, void
     slave->name = copied(name == NULL ? "" : name);
     if (slave->name == NULL || name == NULL || *name == '\0') {
         slave_tell(slave, STATUS_ERROR, "instance name is missing -- expected a name that is not empty -- give one");
-    } else if (guid == NULL || strcmp(guid, MODEL_GUID) != 0) {
+    } else if (guid == NULL || strncmp(guid, MODEL_GUID, sizeof MODEL_GUID) != 0) {
         slave_tell(slave, STATUS_ERROR, "guid %s in modelDescription.xml -- expected %s -- build the FMU again",
             guid == NULL ? "NULL" : guid, MODEL_GUID);
     } else {

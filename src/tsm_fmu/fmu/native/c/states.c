@@ -88,7 +88,7 @@ static Header header(void)
 
 Memory *slave_copy(const Slave *slave, Memory *into)
 {
-    Memory *copy = into == NULL ? malloc(sizeof *copy) : into;
+    Memory *copy = into == NULL ? calloc(1, sizeof *copy) : into;
     if (copy != NULL) {
         memcpy(copy, &slave->memory, sizeof *copy);
     }
@@ -122,7 +122,7 @@ Memory *slave_deserialize(Slave *slave, const unsigned char *bytes, size_t size)
 {
     Header expected = header();
     bool ours = size == slave_serialized_size() && memcmp(bytes, &expected, sizeof expected) == 0;
-    Memory *state = ours ? malloc(sizeof *state) : NULL;
+    Memory *state = ours ? calloc(1, sizeof *state) : NULL;
     if (state != NULL) {
         memcpy(state, bytes + sizeof expected, sizeof *state);
         ours = sound(state);
