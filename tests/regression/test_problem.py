@@ -125,3 +125,60 @@ def test_a_run_keeps_what_was_said_of_its_derived_inputs() -> None:
     assert [note.partition(" by ")[0] for note in run.derived] == ["v derived from x", "a derived from x"]
     assert np.array_equal(run.inputs, kernel_inputs(record, model, 7.0).values)
     assert run.every(3).derived == run.compared_from(20).derived == run.derived
+
+
+BACKLASH = kernel("PairedTsmBacklash")
+
+
+def pooled(weights: dict[str, float], centres: dict[str, float]) -> tuple[Problem, np.ndarray]:
+    t = 0.01 * np.arange(40)
+    runs = [FitRun(f"r{k}", t, np.sin(t + k)[:, None], np.cos((1 + k) * t)[:, None]) for k in range(3)]
+    space = search_space(BACKLASH, per_run=("x_0", "x_h_0"))
+    found = Problem(BACKLASH, runs, ("x_out",), space, pooling=weights, centres=centres)
+    table = found.start()
+    table[:, found.fields.index("x_0")] = [0.1, 0.4, -0.2]
+    table[:, found.fields.index("x_h_0")] = [0.01, 0.02, 0.06]
+    return found, table
+
+
+@pytest.mark.parametrize(
+    ("weights", "centres", "expected"),
+    [
+        ({}, {}, []),
+        ({"x_0": 2.0}, {}, [0.0, 0.6, -0.6]),  # about their mean, 0.1
+        ({"x_0": 2.0}, {"x_0": -0.2}, [0.6, 1.2, 0.0]),
+        ({"x_h_0": 10.0, "x_0": 2.0}, {"x_h_0": 0.0}, [0.0, 0.6, -0.6, 0.1, 0.2, 0.6]),
+        ({"x_0": 0.0, "x_h_0": 10.0}, {}, [-0.2, -0.1, 0.3]),
+        ({"c": 5.0}, {}, []),  # shared: there is nothing to pool
+    ],
+)
+def test_pooled_values_cost_the_square_of_their_distance_beside_the_residuals(weights, centres, expected) -> None:
+    problem, table = pooled(weights, centres)
+    assert problem.pooling_residual(table) == pytest.approx(expected, abs=1e-12)
+    rest = sum(float(r @ r) for r in problem.residuals(list(enumerate(table))))
+    assert problem.cost(table) == pytest.approx(rest + sum(e**2 for e in expected), rel=1e-12)
+
+
+def test_a_cost_that_is_no_number_is_infinite() -> None:
+    problem, table = pooled({}, {})
+    spoiled = table.copy()
+    spoiled[1, problem.fields.index("x_0")] = np.nan
+    huge = table.copy()
+    huge[1, problem.fields.index("x_0")] = 1e200
+    assert problem.cost(spoiled) == problem.cost(huge) == np.inf
+    assert np.isfinite(problem.cost(table))
+
+
+def test_channels_weigh_by_their_spread_within_runs_unless_they_do_not_move() -> None:
+    """The mean over runs of the variances: where a run's level lies counts for nothing."""
+    rng = np.random.default_rng(2)
+    t = 0.01 * np.arange(500)
+    spreads = np.array([[0.2, 3.0], [0.6, 1.0]])
+    targets = [k * 100.0 + s * rng.normal(size=(500, 2)) for k, s in enumerate(spreads)]
+    u = np.column_stack([np.sin(t), np.cos(t)])
+    runs = [FitRun(f"r{k}", t, u, y) for k, y in enumerate(targets)]
+    weights = Problem(MODEL, runs, ("x_out", "tau_in"), search_space(MODEL)).weights
+    assert weights == pytest.approx(1.0 / np.sqrt(np.mean([y.var(axis=0) for y in targets], axis=0)))
+    still = [FitRun(r.name, t, u, np.column_stack([r.targets[:, 0], np.full(500, 7.0)])) for r in runs]
+    weights = Problem(MODEL, still, ("x_out", "tau_in"), search_space(MODEL)).weights
+    assert weights[1] == 1.0

@@ -87,3 +87,34 @@ def test_only_a_bound_of_zero_that_is_open_makes_a_logarithm() -> None:
     signs = {v.name: logarithm_sign(v.quantity) for v in MODEL.parameters}
     assert signs["alpha"] == 1.0
     assert signs["x_0"] == 0.0
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_a_row_that_breaks_a_condition_is_refused_in_whichever_run(shared: bool) -> None:
+    """C + beta > 0, with a beta of each run: the second alone breaks it; with shared values the first row tells."""
+    t = 0.01 * np.arange(50)
+    runs = [FitRun(f"r{k}", t, np.sin(t + k)[:, None], np.cos(t)[:, None]) for k in range(3)]
+    problem = Problem(MODEL, runs, ("x_out",), search_space(MODEL, per_run=() if shared else ("beta",)))
+    table = problem.start()
+    both = ScaledVariables(problem, problem.shared, problem.per_run, SCALES, table)
+    j = problem.fields.index("beta")
+    for k in range(3):
+        moved = table.copy()
+        moved[slice(None) if shared else k, j] = -1.2
+        assert not both.accepts(both.of(moved))
+        moved[:, j] = -0.99
+        assert both.accepts(both.of(moved))
+
+
+@pytest.mark.parametrize(("field", "lo", "hi"), [("alpha", 3.0, 40.0), ("beta", -0.95, -0.2), ("alpha", None, None)])
+def test_a_logarithm_has_the_bounds_of_the_space_where_they_are_nearer_than_its_decades(field, lo, hi) -> None:
+    t = 0.01 * np.arange(50)
+    space = search_space(MODEL)
+    if lo is not None:
+        space = space.with_bounds(field, lo, hi)
+    problem = Problem(MODEL, [FitRun("r", t, np.sin(t)[:, None], np.cos(t)[:, None])], ("x_out",), space)
+    variables = ScaledVariables(problem, [field], (), SCALES, problem.start())
+    (axis,) = variables.axes
+    start = abs(problem.space[field].start)
+    near, far = sorted((abs(lo), abs(hi))) if lo is not None else (start * 1e-6, start * 1e6)
+    assert (math.exp(axis.lo), math.exp(axis.hi)) == pytest.approx((near, far), rel=1e-9)

@@ -2,7 +2,7 @@
 
 A request begins with what is asked: ``C`` a method by name, pickled; ``S`` or ``G`` values to be set or got; ``D`` a
 step. An answer is a status, what the FMU has logged since, and the result. That of a step also has the values that were
-asked for after the step before: two messages a step.
+asked for after earlier steps: two messages a step.
 """
 
 from __future__ import annotations
@@ -22,3 +22,5 @@ KINDS = tuple(C_TYPES)
 """Types by their number in a message."""
 RAISED = -1
 """Status of a method that raised something else than a status."""
+STEPS_FOLLOW = "exitInitializationMode"
+"""After it both sides forget what was asked for: only values that are asked for between steps are answered ahead."""

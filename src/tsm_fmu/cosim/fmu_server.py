@@ -12,7 +12,7 @@ from fmpy.fmi1 import FMICallException
 
 from .fmi_calls import WARNING, c_type
 from .fmu_library import MOST_LINES, load
-from .fmu_messages import ANSWER, KINDS, RAISED, REACHED, STEP, VALUES
+from .fmu_messages import ANSWER, KINDS, RAISED, REACHED, STEP, STEPS_FOLLOW, VALUES
 
 
 class _Served:
@@ -72,8 +72,7 @@ class _Served:
         else:
             status = function(component, time, dt, int(no_return))
         parts = [REACHED.pack(*self._flags, self._reached.value)]
-        asked, self._asked = self._asked, []
-        for request in asked if status <= WARNING else ():
+        for request in self._asked if status <= WARNING else ():
             own, payload = self._values(request)
             parts += [ANSWER.pack(own, len(payload)), payload]
         return status, b"".join(parts)
@@ -93,6 +92,8 @@ class _Served:
             self._slave = load(self._fmi, given, self._lines, python)
             return None
         function = getattr(self._slave, name)
+        if name == STEPS_FOLLOW:
+            self._asked.clear()
         if name == "getFMUState":
             handle = max(self._states, default=0) + 1
             self._states[handle] = function()

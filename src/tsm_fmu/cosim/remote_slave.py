@@ -16,7 +16,7 @@ from typing import Any
 from fmpy.fmi1 import FMICallException
 
 from .fmi_calls import FATAL, WARNING, c_type
-from .fmu_messages import ANSWER, KINDS, RAISED, REACHED, STEP, VALUES
+from .fmu_messages import ANSWER, KINDS, RAISED, REACHED, STEP, STEPS_FOLLOW, VALUES
 from .fmu_process import FmuProcess, ProcessLost
 
 _METHODS = frozenset(
@@ -69,6 +69,8 @@ class RemoteSlave:
     def _method(self, name: str, *arguments: Any) -> Any:
         status, payload = self._answer(b"C" + pickle.dumps((name, arguments)))
         value = pickle.loads(payload)
+        if name == STEPS_FOLLOW:
+            self._asked.clear()
         if status == RAISED:
             raise RuntimeError(value)
         if status > WARNING:
@@ -99,8 +101,8 @@ class RemoteSlave:
             status, found = self._ahead[request]
         else:
             status, found = self._answer(request)
-        if request not in self._asked:
-            self._asked.append(request)
+            if request not in self._asked:  # in the order in which the other side got them
+                self._asked.append(request)
         if texts:
             self._texts[request] = kept = pickle.loads(found)  # the caller's pointers point into these
             (own * count).from_address(values)[:] = kept
@@ -110,7 +112,6 @@ class RemoteSlave:
 
     def step(self, _: Any, time: float, dt: float, no_return: Any, *answers: int) -> int:
         """``doStep`` with the arguments of the C function."""
-        asked, self._asked = self._asked, []
         status, payload = self._answer(STEP.pack(b"D", time, dt, bool(no_return)))
         *flags, reached = REACHED.unpack_from(payload)
         if answers:
@@ -118,7 +119,7 @@ class RemoteSlave:
                 ctypes.c_bool.from_address(place).value = flag
             ctypes.c_double.from_address(answers[3]).value = reached
         at = REACHED.size
-        for request in asked if at < len(payload) else ():
+        for request in self._asked if at < len(payload) else ():
             own, size = ANSWER.unpack_from(payload, at)
             at += ANSWER.size
             self._ahead[request] = own, payload[at : at + size]

@@ -13,6 +13,8 @@ from typing import Any
 
 import pytest
 
+from tsm_fmu.fmu.native.model_source import model_files
+from tsm_fmu.fmu.native.scopes import declaration_places, used_outside
 from tsm_fmu.fmu.native.unit import units
 from tsm_fmu.kernels.kernel import Kernel
 from tsm_fmu.models.contract import InputError, packed
@@ -98,6 +100,7 @@ class Drawn:
             return pick(["2", "-3", "p.n", "COUNT", "len(p.L)", "j"])
         one, two = self.integer(depth - 1), self.integer(depth - 1)
         return pick([f"({one}) + ({two})", f"({one}) - (({two}) - 1)", f"({one}) * ({two})", f"({one}) % 5",
+                     f"({one}) % 1",
                      f"-({one})", f"min({one}, {two})", f"max({one}, {two})", f"abs({one})",
                      f"int(math.tanh({self.real(0)}) * 5.0)"])  # fmt: skip
 
@@ -190,6 +193,8 @@ last = p.n
 for i in range(1, last):
     last = 0
     total += i * 10.0
+for way in (0.75,):
+    total -= way
 for way in (1.0, -2.0, 0.5):
     total = total * 0.5 + way
 for count in (1, 4):
@@ -290,3 +295,67 @@ def test_what_cannot_be_translated_is_refused_at_its_line(lines: str, what: str)
         units(module(f"{lines}\nreturn State(0.0), Outputs(0.0)\n", 1))
     line = int(re.findall(r"tried\.py:(\d+)", str(wrong.value))[0])
     assert first <= line <= first + lines.count("\n")
+
+
+COMMENTED = """
+# before the first
+total = 0.0  # beside it
+if u.u > 0.0:  # beside the test
+    # within the block
+    inner = u.u * 2.0
+    total += inner  # Eq (3) of A & B */ no end
+else:
+    late = 1.0
+    total -= late
+shared = total
+for i in range(3):
+    shared += i
+    both = shared
+both = 2.0
+return State(total), Outputs(shared + both)  # the end
+"""
+
+
+def test_comments_stand_once_each_in_their_order_beside_the_same_statements() -> None:
+    text = model_files(Kernel(module(COMMENTED, 1)))["Tried.c"]
+    lines = [line.strip() for line in text.splitlines()]
+    found = [line for line in lines if "/*" in line]
+    words = [
+        "before the first",
+        "beside it",
+        "beside the test",
+        "within the block",
+        "Eq (3) of A & B * / no end",
+        "the end",
+    ]
+    places = [next(k for k, line in enumerate(found) if f"/* {word} */" in line) for word in words]
+    assert places == sorted(places)
+    for word in words:
+        assert text.count(word) == 1
+    assert "double total = 0.0;  /* beside it */" in lines
+    assert lines[lines.index("/* within the block */") + 1].startswith("double inner = ")
+    assert lines[lines.index("/* before the first */") + 1].startswith("double total = ")
+
+
+def test_a_variable_is_declared_where_all_its_uses_are_in_reach() -> None:
+    """Its first statement, unless that stands in a block beside or within which it is used again."""
+    (tree,) = ast.parse("def step():" + textwrap.indent(COMMENTED, "    ")).body
+    assert isinstance(tree, ast.FunctionDef)
+    places = {name: ast.unparse(at) for name, at in declaration_places(tree).items()}
+    assert places == {
+        "total": "total = 0.0",
+        "inner": "inner = u.u * 2.0",
+        "late": "late = 1.0",
+        "shared": "shared = total",
+    }
+
+
+def test_a_loop_variable_that_is_named_outside_its_loops_is_known() -> None:
+    def used(text: str) -> bool:
+        (tree,) = ast.parse("def step():\n" + textwrap.indent(text, "    ")).body
+        assert isinstance(tree, ast.FunctionDef)
+        return used_outside(tree, "i")
+
+    assert not used("for i in range(3):\n    a = i\nfor i in range(2):\n    b = i")
+    assert used("for i in range(3):\n    a = i\nb = i")
+    assert used("i = 2\nfor j in range(3):\n    a = j")

@@ -14,6 +14,8 @@ from tsm_fmu.fmu.native.build import native_files, sources_of
 from tsm_fmu.fmu.native.zig import c_compiler
 from tsm_fmu.kernels.kernel import kernel
 
+from .test_interface_source import heads
+
 BACKLASH = kernel("PairedTsmBacklash")
 
 
@@ -94,3 +96,14 @@ def test_the_one_piece_compiles_without_a_warning(fmi: int, options: tuple[str, 
     assert done.returncode == 0, done.stderr
     exported = (tmp_path / "it.so").read_bytes()
     assert f"fmi{fmi}DoStep".encode() in exported
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_the_parameter_set_has_arrays_one_by_one_where_the_fmu_has_them_so(asked: list[tuple], fmi: int) -> None:
+    k = kernel("LebusTransmission")
+    files = native_files(k, "L", k.params(), {}, fmi)
+    (text,) = (d for path, d in files.items() if path.endswith(".ssv"))
+    names = {n.get("name") for n in ElementTree.fromstring(text).iter() if n.tag.endswith("Parameter")}
+    several = {v.name for v, head in zip(k.parameters, heads(k), strict=False) if head != 1}
+    assert several
+    assert names == {v.name for v in k.parameters} - (several if fmi == 3 else set())

@@ -48,6 +48,7 @@ class Statements:
         self._places = declaration_places(source.tree)
         self._read = {n.id for n in ast.walk(source.tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
         self._loop_names: list[str] = []
+        self._arrays: set[str] = set()
         self._returned = False
         self._block(source.tree.body)
         self.lines[:0] = [f"{INDENT}{text}" for text in self._hoisted.values()]
@@ -349,9 +350,13 @@ class Statements:
             self.source.refuse(node, "a loop over values of several types")
         kind = items[0].type
         spelled = self.unit.type_name(kind, self.arithmetic)
-        self._put(f"const {spelled} {name}_each[{len(items)}] = {{{', '.join(i.text for i in items)}}};")
+        each = f"{name}_each"
+        while each in self._arrays:  # of an earlier loop with a variable of this name
+            each += "_"
+        self._arrays.add(each)
+        self._put(f"const {spelled} {each}[{len(items)}] = {{{', '.join(i.text for i in items)}}};")
         self._put(f"for (int {name}_at = 0; {name}_at < {len(items)}; {name}_at++) {{", node)
-        self._put(f"{INDENT}const {spelled} {name} = {name}_each[{name}_at];")
+        self._put(f"{INDENT}const {spelled} {name} = {each}[{name}_at];")
         return kind
 
 
