@@ -147,7 +147,7 @@ def test_the_motion_is_a_plan_of_strokes_that_close_their_loops():
     turned = np.sign(moves[~rests])
     assert (turned[1:] == -turned[:-1]).all()
     closed = [k for k in range(len(goals) - 2) if goals[k] == goals[k + 2] and not rests[k + 1]]
-    assert len(closed) == 2  # each nested loop goes back to where it began
+    assert closed == [3, 7]  # each nested loop goes back to where it began
     depths = [abs(goals[k + 1] - goals[k]) for k in closed]
     assert depths == pytest.approx([0.66, 0.21], abs=0.02)
     strokes = np.abs(moves[~rests])
@@ -203,3 +203,15 @@ def test_every_signal_has_the_size_of_its_unit_and_a_pace_of_its_own(model):
         else:
             amplitude, middle = SIZES[unit]
         assert u[:, j] == pytest.approx(middle + amplitude * x, rel=1e-9, abs=1e-12)
+
+
+def test_files_hold_nine_digits_of_stimuli_thirteen_of_results_and_the_end_of_each_experiment(tmp_path):
+    k = kernel("TendonDrive")
+    with zipfile.ZipFile(build_fmu(k, tmp_path)) as archive:
+        texts = {n.rpartition("/")[2]: archive.read(n).decode() for n in archive.namelist() if n.startswith(FOLDER)}
+    for name, digits in (("TendonDrive_in.csv", 9), ("TendonDrive_out.csv", 13)):
+        cells = [c for line in texts[name].splitlines()[1:] for c in line.split(",")[1:]]
+        longest = max(len(c.partition("e")[0].replace("-", "").replace(".", "").lstrip("0")) for c in cells)
+        assert longest == digits
+    for name, rows in (("smoke_test.exp", SMOKE_ROWS), ("validation.exp", ROWS)):
+        assert f'stopTime="{(rows - 1) * STEP!r}"' in texts[name]

@@ -46,7 +46,7 @@ PRESETS = {}
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
     return State(u.u), Outputs(ZEROS)
 def shifted(a: float, by: float = 0.75) -> float:
-    if a > 1e3:
+    if a > 1e3:  # of another function
         raise ValueError(f"a = {a!r} of {by:.3g} -- expected 1000 % at most")
     return a + by
 def sorted_pair(a: float, b: float) -> Pair:
