@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from tsm_fmu.checking.clock import check_clock
-from tsm_fmu.checking.coverage import MotionCoverage, _missing, motion_of
-from tsm_fmu.checking.events import check_events
+from tsm_fmu.checking.coverage import MotionCoverage, _between, _missing, motion_of
+from tsm_fmu.checking.events import check_events, events
 from tsm_fmu.checking.power import _directions
-from tsm_fmu.checking.sensor import Positions, check_stuck
+from tsm_fmu.checking.sensor import Positions, check_clipping, check_stuck
 from tsm_fmu.checking.spikes import spikes
 from tsm_fmu.logs.record import Record
 
@@ -281,3 +281,42 @@ def test_a_noisy_force_is_stuck_where_it_repeats_thirty_times_longer_than_ever(r
     if stuck:
         assert found[0].rows == (702, 701 + repeats)
         assert "while another" not in found[0].text
+
+
+def test_the_top_of_a_line_lies_between_its_neighbours_as_a_gaussian_through_three_says() -> None:
+    frequency = 0.25 * np.arange(1, 9)
+    for shift in (-0.4, 0.0, 0.3):
+        power = 3.0 * np.exp(-((frequency - 1.0 - 0.25 * shift) ** 2) / 0.1)
+        assert _between(frequency, power, 3) == pytest.approx(1.0 + 0.25 * shift)
+        for k in (1, 6):  # the second and the last but one have neighbours too
+            assert _between(frequency, power, k) == pytest.approx(1.0 + 0.25 * shift)
+        assert _between(frequency, power, 0) == frequency[0]
+        assert _between(frequency, power, 7) == frequency[7]
+    for silent in (2, 4):
+        power = np.exp(-((frequency - 1.1) ** 2))
+        power[silent] = 0.0
+        assert _between(frequency, power, 3) == frequency[3]
+
+
+@pytest.mark.parametrize(("n", "found"), [(8 * 11 - 1, 0), (8 * 11, 1)])
+def test_events_need_eight_windows_and_a_signal_that_moves(n: int, found: int) -> None:
+    x = np.random.default_rng(2).normal(0.0, 0.01, n)
+    x[50] = 3.0
+    assert len(events(x, 5)) == found  # a window is eleven samples at least
+    assert events(np.full(n, 1.7), 5) == []
+
+
+@pytest.mark.parametrize(("visits", "found"), [(5, 1), (7, 0)])
+def test_a_stop_cuts_four_of_five_visits(visits: int, found: int) -> None:
+    """Strokes at full speed; five run flat into the limit, the others turn just below it."""
+    parts = []
+    for k in range(visits):
+        top = 0.8 if k < 5 else 0.79
+        up = np.minimum(np.interp(np.arange(100.0), [0, 50, 100], [-1.0, 1.0, -1.0]), top if k < 5 else 9.9)
+        parts.append(up if k < 5 else 0.5 * (top + 1.0) * (up + 1.0) - 1.0)
+    run = record(0.01 * np.arange(100.0 * visits), x_in=np.concatenate(parts))
+    clipped = [f for f in check_clipping(run, "x_in", 0.0, 25) if "upper" in f.text]
+    assert len(clipped) == found
+    for f in clipped:
+        stretches = f.text.split(" in ")[1]
+        assert stretches == "5 stretches: clipped or against a stop"

@@ -187,6 +187,33 @@ def test_a_position_is_anything_over_the_stroke_and_a_speed_any_of_these_laws() 
         "direction": [v > 0, np.abs(v), v**2, np.abs(z), np.maximum(v, 0.0), (v > 0) * np.sqrt(np.abs(v))],
         "sensor": [y - y.mean()],
     }
+
+    def late(name: str, seconds: float, of: Callable[[np.ndarray], np.ndarray] = lambda y: y) -> np.ndarray:
+        return np.concatenate([families._lag(of(getattr(c, name)), c, seconds) for c in where])
+
+    def rate(name: str) -> np.ndarray:
+        return np.concatenate([np.gradient(getattr(c, name), c.time) for c in where])
+
+    pace, big = span / rms, np.abs(load).max()
+    top = float(np.sqrt(np.mean(a**2)))
+    way = np.concatenate([np.cumsum(np.abs(np.diff(c.x, prepend=c.x[0]))) for c in where])
+    travel = max(float(np.sum(np.abs(np.diff(c.x)))) for c in where)
+    laws["acceleration"] += [rate("a"), np.tanh(a / (0.3 * top)), late("a", 0.05 * pace), late("a", 0.2 * pace)]
+    laws["acceleration"] += [z * np.abs(np.tanh(a / (0.3 * top))) * (a * v > 0), np.tanh(a / (0.3 * top)) * (v > 0)]
+    laws["load"] += [np.tanh(10 * load / big), np.tanh(30 * load / big), late("load", 0.1 * length, np.square)]
+    laws["load"] += [late("load", part * length) for part in (0.003, 0.01, 0.03, 0.1)]
+    laws["load"] += [z * np.abs(load) * np.tanh(10 * load / big * v / rms)]
+    for part in (0.1, 0.3):  # friction warms, and its law with it
+        warm = late("v", part * length, lambda y: np.abs(y) / (np.abs(y) + 0.1 * rms))
+        laws["time"] += [warm, z * warm]
+    laws["time"] += [way, np.exp(-way / (0.1 * travel)), z * np.exp(-way / (0.4 * travel))]
+    laws["history"] += [x - late("x", part * length) for part in (0.003, 0.01, 0.03, 0.1)]
+    laws["history"] += [s - late("s", part * length) for part in (0.003, 0.01, 0.03, 0.1)]
+    laws["history"] += [z * (np.abs(v) - late("v", part * pace, np.abs)) for part in (0.01, 0.05, 0.2)]
+    laws["history"] += [s * np.exp(-since / (0.02 * stroke)) * np.log1p(np.concatenate([c.dwell for c in where]) / 0.1)]
+    slope = np.concatenate([np.gradient(o, c.time) for o, c in zip(outputs, where, strict=True)])
+    bend = np.concatenate([np.gradient(np.gradient(o, c.time), c.time) for o, c in zip(outputs, where, strict=True)])
+    laws["sensor"] += [slope, bend, slope * time]
     for family, several in laws.items():
         columns = found[family] / np.linalg.norm(found[family], axis=0)
         for k, law in enumerate(several):
