@@ -140,9 +140,13 @@ CHANGES = {
     "no fmu": (lambda t: t.replace("resources/Gain.fmu", "resources/None.fmu"), "component 'g' with source"),
     "outside": (lambda t: t.replace("resources/Gain.fmu", "../Gain.fmu"), "expected an FMU inside the archive"),
     "number": (lambda t: t.replace('factor="1.5"', 'factor="much"'), "'much' -- expected a number"),
+    "indices": (
+        lambda t: t.replace('startElement="x"', 'startElement="x" startIndices="1"'),
+        "connection x.x -> g.u has startIndices '1' -- expected whole arrays",
+    ),
     "mapping": (
         lambda t: re.sub(r"<ssc:LinearTransformation[^>]*>", "<ssc:IntegerMappingTransformation/>", t),
-        "connection x.x -> g.u has a value mapping",
+        "connection x.x -> g.u has a mapping of type Integer on Real ports",
     ),
 }
 

@@ -88,6 +88,69 @@ def test_sources_of_a_description_count_from_its_own_folder(folder):
             assert (found.name, found.parameters) == ("part_i", {"x_0": "0.37", "u": "0.7"})
 
 
+def test_an_ssp_inside_an_ssp_is_the_nested_system_that_it_holds(folder, tmp_path, foreign):
+    """Its own FMUs, sets and variant; parameters of the component go first; the bits of the flat one."""
+    inside = tmp_path / "inside"
+    (inside / "resources").mkdir(parents=True)
+    (inside / "resources" / "Gain.fmu").write_bytes(foreign["gain"].read_bytes())
+    (inside / "own.ssv").write_text(values("g.k", -1.9))
+    law = component("g", "resources/Gain.fmu")
+    connectors = '<ssd:Connectors><ssd:Connector name="in" kind="input"/><ssd:Connector name="out" kind="output"/>'
+    ends = (
+        '<ssd:Connections><ssd:Connection startConnector="in" endElement="g" endConnector="u"/>'
+        '<ssd:Connection startElement="g" startConnector="y" endConnector="out"/></ssd:Connections>'
+    )
+    own = bindings('<ssd:ParameterBinding source="own.ssv"/>', inline("g.u_2", 0.9))
+    system = f"{connectors}</ssd:Connectors>{own}<ssd:Elements>{law}</ssd:Elements>{ends}"
+    (inside / "variant.ssd").write_text(description(system))
+    packed_inside = written(inside, system.replace("own.ssv", "none.ssv"))  # the default one would be refused
+    (folder / "parts" / "law one.ssp").write_bytes(packed_inside.read_bytes())
+    nested = component(
+        "law",
+        "parts/law%20one.ssp#variant.ssd",
+        bindings(inline("g.u_2", 0.2)),
+        'type="application/x-ssp-package"',
+    )
+    body = (
+        f"<ssd:Elements>{nested}{component('x', 'parts/fmus/Integrator.fmu', bindings(inline('x_0', 0.4)))}"
+        '</ssd:Elements><ssd:Connections><ssd:Connection startElement="x" startConnector="x" endElement="law" '
+        'endConnector="in"/><ssd:Connection startElement="law" startConnector="out" endElement="x" endConnector="u"/>'
+        "</ssd:Connections>"
+    )
+    flat = System(
+        (
+            Component("law_g", foreign["gain"], {"k": -1.9, "u_2": 0.2}),
+            Component("x", foreign["integrator"], {"x_0": 0.4}),
+        ),
+        (Connection("x.x", "law_g.u"), Connection("law_g.y", "x.u")),
+    )
+    expected = simulate_system(flat, 0.5, 0.01).columns["x.x"]
+    with open_ssp(written(folder, body)) as cases:
+        found = simulate_system(cases["theirs"][0], 0.5, 0.01).columns["x.x"]
+    assert np.array_equal(found, expected)
+    assert np.ptp(found) > 0.1
+    for source, message in (
+        ("parts/none.ssp", "component 'law' with source 'parts/none.ssp' -- expected an SSP inside the archive"),
+        ("parts/law%20one.ssp#none.ssd", "component 'law' with description 'none.ssd' -- expected a file inside"),
+        ("parts/law%20one.ssp", "parameter source 'none.ssv'"),
+        ("parts/fmus/Gain.fmu", "component 'law' with description 'SystemStructure.ssd' -- expected"),
+    ):
+        gone = written(folder, body.replace("parts/law%20one.ssp#variant.ssd", source))
+        with pytest.raises(InputError, match=re.escape(message)) as caught, open_ssp(gone):
+            pass
+        assert "\n" not in str(caught.value)
+
+
+def test_a_description_that_holds_itself_is_refused(folder):
+    nested = component("again", "SystemStructure.ssd", "", 'type="application/x-ssp-definition"')
+    message = "system again.again.again.again... is nested more than 50 times"
+    with (
+        pytest.raises(InputError, match=re.escape(message)),
+        open_ssp(written(folder, f"<ssd:Elements>{nested}</ssd:Elements>")),
+    ):
+        pass
+
+
 def test_a_folder_runs_as_its_archive_does(folder):
     body = f"<ssd:Elements>{component('i', 'parts/fmus/Integrator.fmu', bindings(inline('u', 0.7)))}</ssd:Elements>"
     path = written(folder, body, '<ssd:DefaultExperiment stopTime="0.3"/>')
@@ -178,6 +241,7 @@ def test_the_step_that_another_tool_noted(folder, where, inside):
 def test_what_cannot_be_as_the_author_meant_is_said(folder):
     mapping = (
         '<ssd:ParameterMapping><ssm:ParameterMapping version="1.0"><ssm:MappingEntry source="" target="i.u"/>'
+        '<ssm:MappingEntry source="none" target="i.u"/>'
         '<ssm:MappingEntry source="all" target="i.x_0"/></ssm:ParameterMapping></ssd:ParameterMapping>'
     )
     both = inline("all", 0.3).replace("</ssd:ParameterBinding>", f"{mapping}</ssd:ParameterBinding>")
@@ -186,6 +250,7 @@ def test_what_cannot_be_as_the_author_meant_is_said(folder):
         system, _ = cases["theirs"]
     assert system.components[0].parameters == {"x_0": "0.3", "u": "0"}  # an entry that names no source says nothing
     assert system.notes == (
+        "a mapping names the parameter none for i.u, which its set does not have: left out",
         "component i is meant for ModelExchange: its co-simulation runs instead",
         "parameter i.x is left out: the FMU has an output there",
         "nothing drives i.u = 0: the FMU's own start values stay",

@@ -119,7 +119,7 @@ def test_a_mapping_renames_scales_and_selects(ssp):
     found = {c.name: dict(c.parameters) for c in system.components}
     assert float(found["law_g"]["k"]) == -2.5
     assert float(found["x"]["x_0"]) == 0.125
-    assert "parameter all.gone of the system fits no variable" in system.notes
+    assert "not applied, because their mapping does not name them: all.gone" in system.notes
 
 
 def test_outer_bindings_replace_inner_ones_and_files_are_read(ssp):

@@ -52,7 +52,6 @@ def test_inputs_without_connection_or_value_are_named_together(foreign):
 @pytest.mark.parametrize(
     ("source", "target", "message"),
     [
-        ("t.n_next", "g.u", "joins Integer to Real"),
         ("t.inverse", "g.u", "joins Boolean to Real"),
         ("t.greeting", "g.u", "joins String to Real"),
         ("g.y", "t.n", "joins Real to Integer"),

@@ -182,7 +182,10 @@ def _loop(
             if kind == MOVE:
                 for m in range(ops[i, 1], ops[i, 2]):
                     if moves[m, 1] <= F32:
-                        value = _load_real(moves[m, 2], moves[m, 3])
+                        if moves[m, 3] <= F32:
+                            value = _load_real(moves[m, 2], moves[m, 3])
+                        else:
+                            value = float(_load_integer(moves[m, 2], moves[m, 3]))
                         if scales[m, 0] != 1.0 or scales[m, 1] != 0.0:
                             value = scales[m, 0] * value + scales[m, 1]
                         _store_real(moves[m, 0], moves[m, 1], value)

@@ -110,6 +110,12 @@ class Description:
         """The elements of an array; of a scalar itself."""
         return self.arrays.get(name, (name,))
 
+    def items(self, port: Port) -> dict[str, int]:
+        """Items of an Enumeration by name; empty for any other type."""
+        name = port.array or port.name
+        declared = next((v.declaredType for v in self.model.modelVariables if v.name == name), None)
+        return {item.name: int(item.value) for item in getattr(declared, "items", None) or ()}
+
     @cached_property
     def units(self) -> Mapping[str, Any]:
         """The FMU's own unit definitions that have a meaning, by name: FMPy's ``BaseUnit``."""

@@ -12,9 +12,10 @@ from ..models.contract import InputError
 from .fmu_instance import FmuFailure, FmuInstance
 from .order import AlgebraicLoop
 from .system import Link, Wiring
+from .value_table import ValueTable
 
-Transfer = tuple[Any, int, Any, int, float, float]
-"""Target buffer and index, source buffer and index, gain, offset."""
+Transfer = tuple[Any, int, Any, int, float, float, ValueTable | None]
+"""Target buffer and index, source buffer and index, gain, offset, what becomes of single values before."""
 Part = tuple[FmuInstance, list[Transfer]]
 """A component with what its inputs get."""
 Advance = Callable[[float, float], None]
@@ -32,13 +33,19 @@ def transfers_to(name: str, wiring: Wiring, instances: Mapping[str, FmuInstance]
 def _transfer(link: Link, instances: Mapping[str, FmuInstance]) -> Transfer:
     target = instances[link.target[0]].port(link.target[1], "inputs")
     source = instances[link.source[0]].port(link.source[1], "outputs")
-    return (*target, *source, link.gain, link.offset)
+    return (*target, *source, link.gain, link.offset, link.values)
 
 
-def move(transfers: Sequence[Transfer]) -> None:
-    """Hand values on."""
-    for target, i, source, j, gain, offset in transfers:
+def move(transfers: Sequence[Transfer], time: float, *, settled: bool = True) -> None:
+    """Hand values on; one that an input does not take is an error as soon as values have ``settled``."""
+    for target, i, source, j, gain, offset, values in transfers:
         value = source[j]
+        if values is not None:
+            if not values.takes(value):
+                if settled:
+                    raise FmuFailure(values.refusal(value, time))
+                continue
+            value = values.of(value)
         target[i] = value if gain == 1.0 and offset == 0.0 else gain * value + offset
 
 
@@ -47,7 +54,7 @@ def gauss_seidel(parts: Sequence[Part]) -> Advance:
 
     def advance(time: float, step: float) -> None:
         for instance, transfers in parts:
-            move(transfers)
+            move(transfers, time)
             instance.set_inputs(time)
             instance.step(time, step)
             instance.get_outputs(time + step)
@@ -60,7 +67,7 @@ def jacobi(parts: Sequence[Part]) -> Advance:
 
     def advance(time: float, step: float) -> None:
         for instance, transfers in parts:
-            move(transfers)
+            move(transfers, time)
             instance.set_inputs(time)
         for instance, _ in parts:
             instance.step(time, step)
@@ -115,7 +122,7 @@ def iterated(
 
         def one_pass(values: NDArray[np.float64]) -> NDArray[np.float64]:
             for instance, transfers in parts:
-                move(transfers)
+                move(transfers, time)
                 put(late, values)
                 instance.set_inputs(time)
                 instance.step(time, step)
@@ -138,7 +145,7 @@ def iterated(
 def settle(parts: Sequence[Part], time: float) -> None:
     """Outputs that follow inputs in initialisation mode."""
     for instance, transfers in parts:
-        move(transfers)
+        move(transfers, time, settled=False)
         instance.set_inputs(time)
         instance.get_outputs(time)
 
@@ -151,7 +158,7 @@ def settle_loop(
 
     def one_pass(values: NDArray[np.float64]) -> NDArray[np.float64]:
         for instance, transfers in parts:
-            move(transfers)
+            move(transfers, time, settled=False)
             put(late, values)
             instance.set_inputs(time)
             instance.get_outputs(time)
@@ -162,7 +169,12 @@ def settle_loop(
 
 def taken(transfers: Sequence[Transfer]) -> NDArray[np.float64]:
     """The values that these inputs would get now."""
-    return np.array([gain * float(source[j]) + offset for _, _, source, j, gain, offset in transfers])
+    return np.array(
+        [
+            gain * float(source[j] if values is None else values.of(source[j])) + offset
+            for _, _, source, j, gain, offset, values in transfers
+        ]
+    )
 
 
 def put(transfers: Sequence[Transfer], values: NDArray[np.float64]) -> None:

@@ -87,7 +87,7 @@ def simulate_system(
         Give FMUs that are not ours processes of their own; without it all run in this one.
     compiled : bool, optional
         Step in machine code or not; both give the same bits. Without it where the run is long (`REPAID`). Texts
-        that are handed on and loops that are iterated are never stepped there.
+        or mapped values that are handed on and loops that are iterated are never stepped there.
     stimuli : sequence of Stimulus
         Values for inputs at every step; they need machine code. An input that is not connected wants a start value.
     step_error : float, optional
@@ -135,8 +135,8 @@ def simulate_system(
         by_hand = (wanted is not None and plan.loops) or not can_compile(transfers)
         if stimuli and by_hand:
             raise InputError(
-                f"system {system.name} hands on texts or iterates loops -- expected neither where inputs are given -- "
-                "choose --loops delay"
+                f"system {system.name} hands on texts or mapped values, or iterates loops -- expected none of these "
+                "where inputs are given -- choose --loops delay, or leave that connection out"
             )
         given = [(instances[s.component], s) for s in stimuli]
         varied: VariableStep | None = None
@@ -314,7 +314,7 @@ def _initialise(
         if failure := instance.not_started(start) or (alone[name] if not instance.finite_outputs else None):
             raise failure
     for name in plan.components:
-        move(transfers[name])
+        move(transfers[name], start)
         instances[name].set_inputs(start)
         instances[name].exit_initialization(start)
         instances[name].get_outputs(start)

@@ -53,8 +53,14 @@ Given = tuple[FmuInstance, Stimulus]
 
 
 def can_compile(transfers: Mapping[str, Sequence[Transfer]]) -> bool:
-    """Whether the loop can hand these values on: all but texts."""
-    return all(_typed(t[0]) and _typed(t[2]) for own in transfers.values() for t in own)
+    """Whether the loop can hand these on: no texts, values that become others, or 64 bits without sign as Real."""
+    return all(
+        _typed(t[0]) and _typed(t[2]) and t[6] is None and not _wide(t) for own in transfers.values() for t in own
+    )
+
+
+def _wide(transfer: Transfer) -> bool:
+    return transfer[2]._type_ is ctypes.c_uint64 and transfer[0]._type_ in (ctypes.c_double, ctypes.c_float)
 
 
 def _typed(buffer: Any) -> bool:
@@ -136,7 +142,7 @@ class Program:
     def _inputs(self, tables: _Tables, part: Part, given: Sequence[Given]) -> None:
         instance, transfers = part
         first = len(tables.moves)
-        for target, i, source, j, gain, offset in transfers:
+        for target, i, source, j, gain, offset, _ in transfers:
             tables.moves.append((*self._place(target, i), *self._place(source, j)))
             tables.scales.append((gain, offset))
         if transfers:

@@ -14,6 +14,7 @@ from ..models.contract import InputError
 from .conversion import conversion
 from .description import Description, Port, describe
 from .start_values import Value, article, start_values
+from .value_table import ValueTable, value_table
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,15 @@ class Connection:
 
     The value is converted from the unit of the source to that of the target where both declare one
     (``convert_units``; a port in ``1`` takes any), then ``target = factor * source + offset``: the linear
-    transformation of SSP 1.0.
+    transformation of SSP 1.0. An Integer may go to a Real input.
+
+    Attributes
+    ----------
+    source, target, factor, offset, convert_units
+        As above.
+    values : tuple of (int, int)
+        Integers (of an Enumeration the numbers of its items, of a Boolean 0 and 1) that become others on the way, the
+        mapping transformations of SSP; all others stay as they are.
     """
 
     source: str
@@ -50,6 +59,7 @@ class Connection:
     factor: float = 1.0
     offset: float = 0.0
     convert_units: bool = True
+    values: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -129,13 +139,17 @@ class Experiment:
 
 @dataclass(frozen=True)
 class Link:
-    """A resolved connection: ``target = gain * source + offset``, unit conversion included."""
+    """A resolved connection: ``target = gain * source + offset``, unit conversion included.
+
+    ``values`` goes before that; None where all Integers and Booleans stay as they are.
+    """
 
     source: tuple[str, str]
     target: tuple[str, str]
     kind: str
     gain: float
     offset: float
+    values: ValueTable | None = None
 
 
 @dataclass(frozen=True)
@@ -244,16 +258,17 @@ def _link(
             f"{text} goes from {article(source.causality)} to {article(target.causality)} -- expected from an output "
             "to an input -- turn it round or choose another port"
         )
-    if source.kind != target.kind:
+    if source.kind != target.kind and (source.kind, target.kind) != ("Integer", "Real"):
         raise InputError(
-            f"{text} joins {source.fmi_type} to {target.fmi_type} -- expected ports of one type -- choose another port"
+            f"{text} joins {source.fmi_type} to {target.fmi_type} -- expected ports of one type, or an Integer that "
+            "goes to a Real -- choose another port"
         )
     if not (math.isfinite(connection.factor) and math.isfinite(connection.offset)):
         raise InputError(
             f"{text} has factor {connection.factor!r} and offset {connection.offset!r} -- expected finite numbers "
             "-- correct them"
         )
-    if source.kind != "Real":
+    if target.kind != "Real":
         if (connection.factor, connection.offset) != (1.0, 0.0):
             raise InputError(
                 f"{text} has a factor or offset on {source.fmi_type} ports -- expected Real ports for that -- drop it"
@@ -271,9 +286,10 @@ def _link(
     return Link(
         (source_component, source.name),
         (target_component, target.name),
-        source.kind,
+        target.kind,
         connection.factor * scale,
         connection.factor * shift + connection.offset,
+        value_table(text, source, target, connection.values, descriptions[target_component].items(target)),
     )
 
 

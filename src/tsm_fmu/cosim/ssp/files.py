@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
 from ...models.contract import InputError
-from ..unpack import opened
+from ..unpack import opened, unpacked
 from .xml import child, local, parse
 
 
@@ -24,11 +25,14 @@ class Files:
         Where it is unpacked; nothing outside is read.
     base : Path
         Folder of the description, which its sources are relative to.
+    held : ExitStack
+        Holds what is unpacked of archives inside the archive.
     """
 
     path: Path
     folder: Path
     base: Path
+    held: ExitStack
 
     def named(self, source: str, what: str, expected: str = "a file inside the archive") -> Path:
         """The file of a ``source``.
@@ -46,6 +50,11 @@ class Files:
     def beside(self, file: Path) -> Files:
         """The same archive as a description in the folder of ``file`` sees it."""
         return replace(self, base=file.parent)
+
+    def inside(self, package: Path) -> Files:
+        """The files of an SSP inside the archive, as its own descriptions see them."""
+        folder = self.held.enter_context(unpacked(package, "SSP")).resolve()
+        return replace(self, folder=folder, base=folder)
 
     def table(self, node: Any, root: str, owner: Any, *inside: str) -> Any:
         """The XML that ``node`` holds under ``inside``, or that its ``source`` names; None if neither.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,24 +14,8 @@ from ..conversion import Definitions, conversion
 from ..description import Description, Port
 from ..start_values import Value
 from .files import Files
-from .xml import child, children, local, number
-
-
-@dataclass(frozen=True)
-class Linear:
-    """``factor * value + offset``."""
-
-    factor: float = 1.0
-    offset: float = 0.0
-
-    def after(self, first: Linear) -> Linear:
-        """The two in one, ``first`` before."""
-        return Linear(self.factor * first.factor, self.factor * first.offset + self.offset)
-
-    @property
-    def plain(self) -> bool:
-        """Whether it changes nothing."""
-        return (self.factor, self.offset) == (1.0, 0.0)
+from .transformations import UNCHANGED, Linear, transformation
+from .xml import child, children, local
 
 
 @dataclass(frozen=True)
@@ -56,7 +40,7 @@ class Parameter:
     value: str
     unit: str
     definitions: Definitions
-    linear: Linear = Linear()
+    linear: Linear = UNCHANGED
 
     def of(self, address: str, port: Port, description: Description) -> Value:
         """The value in the unit and type of a variable.
@@ -67,7 +51,7 @@ class Parameter:
             If its unit measures something else.
         """
         if port.kind == "Integer":
-            return _item(self.value, port.name, description)
+            return str(description.items(port).get(self.value, self.value))
         if port.kind != "Real" or (self.linear.plain and self.unit in ("", port.unit)):
             return self.value
         scale, shift = 1.0, 0.0
@@ -83,13 +67,6 @@ class Parameter:
         return " ".join(repr(v) for v in values)
 
 
-def _item(value: str, name: str, description: Description) -> str:
-    """The number of an enumeration's item; anything else as it is."""
-    variable = next((v for v in description.model.modelVariables if v.name == name), None)
-    items = getattr(getattr(variable, "declaredType", None), "items", None) or ()
-    return next((str(item.value) for item in items if item.name == value), value)
-
-
 def units(root: Any) -> dict[str, Any]:
     """Units that a file defines, by name."""
     found: dict[str, Any] = {}
@@ -102,7 +79,7 @@ def units(root: Any) -> dict[str, Any]:
     return found
 
 
-def bound(files: Files, owner: Any, definitions: Definitions) -> Iterator[Parameter]:
+def bound(files: Files, owner: Any, definitions: Definitions, notes: list[str]) -> Iterator[Parameter]:
     """Parameters of all bindings of a component or system, mapped.
 
     Parameters
@@ -113,11 +90,13 @@ def bound(files: Files, owner: Any, definitions: Definitions) -> Iterator[Parame
         With ``ParameterBindings``.
     definitions : mapping
         Units of the file that has the binding.
+    notes : list of str
+        Gets what a mapping leaves out.
 
     Raises
     ------
     InputError
-        A source outside the archive or of another kind, a parameter without value, a mapping that is not supported.
+        A source outside the archive or of another kind, a parameter without value, a damaged mapping.
     """
     for binding in children(owner, "ParameterBindings", "ParameterBinding"):
         prefix = binding.get("prefix", "")
@@ -127,7 +106,7 @@ def bound(files: Files, owner: Any, definitions: Definitions) -> Iterator[Parame
             mapping = files.table(mapping, "ParameterMapping", owner)
         own = {**definitions, **units(table)}
         given = [_parameter(files.path, node, prefix, own) for node in children(table, "Parameters", "Parameter")]
-        yield from given if mapping is None else _mapped(files.path, given, mapping)
+        yield from given if mapping is None else _mapped(files.path, given, mapping, notes)
 
 
 def _parameter(path: Path, node: Any, prefix: str, definitions: Definitions) -> Parameter:
@@ -140,8 +119,8 @@ def _parameter(path: Path, node: Any, prefix: str, definitions: Definitions) -> 
     return Parameter(prefix + node.get("name"), typed.get("value"), unit, definitions)
 
 
-def _mapped(path: Path, given: list[Parameter], mapping: Any) -> Iterator[Parameter]:
-    """Parameters under the names that a mapping gives them; those that it does not name keep theirs."""
+def _mapped(path: Path, given: list[Parameter], mapping: Any, notes: list[str]) -> Iterator[Parameter]:
+    """Parameters under the names that a mapping gives them; those that it does not name are not applied (SSP 2.0)."""
     by_name = {parameter.name: parameter for parameter in given}
     used = set()
     for entry in children(mapping, "MappingEntry"):
@@ -149,33 +128,14 @@ def _mapped(path: Path, given: list[Parameter], mapping: Any) -> Iterator[Parame
         if not source:  # left open in the tool that wrote it
             continue
         if source not in by_name:
-            raise InputError(
-                f"SSP {path}: a mapping names the parameter {source!r} -- expected one of {', '.join(by_name)} "
-                "-- export it again"
-            )
+            notes.append(f"a mapping names the parameter {source} for {target}, which its set does not have: left out")
+            continue
         used.add(source)
         parameter = by_name[source]
         if entry.get("suppressUnitConversion") in ("true", "1"):
             parameter = replace(parameter, unit="")
-        yield _transformed(path, replace(parameter, name=target), entry)
-    yield from (parameter for parameter in given if parameter.name not in used)
-
-
-def _transformed(path: Path, parameter: Parameter, entry: Any) -> Parameter:
-    for node in entry:
-        if local(node) == "LinearTransformation":
-            return replace(parameter, linear=linear(path, node.attrib))
-        if local(node).endswith("MappingTransformation"):
-            values = {m.get("source"): m.get("target") for m in children(node, "MapEntry")}
-            if parameter.value not in values:
-                raise InputError(
-                    f"SSP {path}: parameter {parameter.name} = {parameter.value!r} -- expected one of "
-                    f"{', '.join(map(str, values))}, which its mapping knows -- correct it"
-                )
-            return replace(parameter, value=values[parameter.value])
-    return parameter
-
-
-def linear(path: Path, attributes: Mapping[str, str]) -> Linear:
-    """Of a ``LinearTransformation``."""
-    return Linear(number(path, attributes.get("factor", "1")), number(path, attributes.get("offset", "0")))
+        linear, values = transformation(path, entry, f"parameter mapping {source} -> {target}")
+        value = parameter.value if values is None else values.of(parameter.value)
+        yield replace(parameter, name=target, value=value, linear=linear)
+    if unused := [name for name in by_name if name not in used]:
+        notes.append(f"not applied, because their mapping does not name them: {', '.join(unused)}")

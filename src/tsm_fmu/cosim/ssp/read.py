@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -13,11 +13,10 @@ from ..description import describe
 from ..system import Experiment, System
 from ..unpack import unpacked
 from .files import Files
-from .structure import read_structure
-from .xml import ANNOTATION, child, children, local, number, parse
+from .levels import read_structure
+from .xml import ANNOTATION, MAIN, child, children, local, number, parse
 
 Case = tuple[System, Experiment]
-MAIN = "SystemStructure.ssd"
 
 
 @contextmanager
@@ -31,32 +30,32 @@ def open_ssp(path: Path) -> Iterator[dict[str, Case]]:
     Raises
     ------
     InputError
-        No such file, damaged, or what is not supported (value mappings on connections, components that are not
-        FMUs): each named.
+        No such file, damaged, or what is not supported (components that are not FMUs): each named.
     """
     if not path.exists():
         raise InputError(f"SSP {path} -- expected an existing .ssp file or a folder -- check the path")
-    with nullcontext(path) if path.is_dir() else unpacked(path, "SSP") as folder:
+    with ExitStack() as held:
+        folder = path if path.is_dir() else held.enter_context(unpacked(path, "SSP"))
         if not (folder / MAIN).is_file():
             raise InputError(f"SSP {path} has no {MAIN} -- expected one in its root -- export it again")
-        name, (system, experiment) = _case(path, folder, folder / MAIN)
+        name, (system, experiment) = _case(path, folder, folder / MAIN, held)
         others: dict[str, Case] = {}
         for file in sorted(folder.glob("*.ssd")):
             if file.name != MAIN:
                 try:
-                    variant, case = _case(path, folder, file)
+                    variant, case = _case(path, folder, file, held)
                     others[variant] = case
                 except InputError as wrong:
                     system = replace(system, notes=(*system.notes, f"{file.name} is left out: {wrong}"))
         yield {name: (system, experiment), **others}
 
 
-def _case(path: Path, folder: Path, file: Path) -> tuple[str, Case]:
+def _case(path: Path, folder: Path, file: Path, held: ExitStack) -> tuple[str, Case]:
     root = parse(path, file, "SystemStructureDescription")
     body = child(root, "System")
     if body is None:
         raise InputError(f"SSP {path} has no System element -- expected one of SSP 1.0 -- export it as SSP 1.0")
-    files = Files(path, folder.resolve(), folder.resolve())
+    files = Files(path, folder.resolve(), folder.resolve(), held)
     system = read_structure(files, root).flat(body.get("name") or root.get("name") or path.stem)
     return root.get("name") or file.stem, (system, _experiment(path, root, system))
 

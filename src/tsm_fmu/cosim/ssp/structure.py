@@ -5,28 +5,48 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from ...models.contract import InputError
 from ..conversion import Definitions, conversion
 from ..description import Description, describe
 from ..start_values import Value, article, takes_start
 from ..system import Component, Connection, System
-from .files import Files
-from .parameters import Linear, Parameter, bound, linear, units
-from .xml import FMU_TYPE, SSD_TYPE, child, children, identifier, local, parse
+from .parameters import Parameter
+from .transformations import Linear, ValueMapping
+from .xml import identifier
 
 Path_ = tuple[str, ...]
 Node = tuple[Path_, str]
 """A connector: names of the elements around it from the outside, and its own."""
+_GIVING = ("output", "calculatedParameter", "constant", "local")
+_TAKING = ("input", "parameter", "structuralParameter")
+"""Kinds of connectors, as seen from outside of what they belong to."""
 
 
 @dataclass(frozen=True)
-class _Edge:
+class Edge:
+    """One connection as written.
+
+    Attributes
+    ----------
+    start, end : Node
+        Connectors.
+    linear : Linear
+        What becomes of the number after units are converted.
+    suppressed : bool
+        Whether they are not.
+    values : ValueMapping or None
+        What becomes of single values.
+    place : tuple of str
+        System that it is in; a connector of that system is seen from inside.
+    """
+
     start: Node
     end: Node
     linear: Linear
     suppressed: bool
+    values: ValueMapping | None
+    place: Path_
 
 
 @dataclass
@@ -41,7 +61,9 @@ class Structure:
     fmus: dict[Path_, Path] = field(default_factory=dict)
     systems: set[Path_] = field(default_factory=set)
     connectors: dict[Node, tuple[str, Definitions]] = field(default_factory=dict)
-    edges: list[_Edge] = field(default_factory=list)
+    kinds: dict[Node, str] = field(default_factory=dict)
+    enumerations: dict[Node, dict[str, int]] = field(default_factory=dict)
+    edges: list[Edge] = field(default_factory=list)
     bindings: list[tuple[Path_, Parameter]] = field(default_factory=list)
     dictionaries: set[Path_] = field(default_factory=set)
     places: dict[Path_, Path_] = field(default_factory=dict)
@@ -57,7 +79,8 @@ class Structure:
         """
         names = self._names()
         described = {place: describe(fmu) for place, fmu in self.fmus.items()}
-        drivers: dict[Node, _Edge] = {}
+        self.edges = [self._directed(edge, described) for edge in self.edges]
+        drivers: dict[Node, Edge] = {}
         for edge in self.edges:
             if edge.end in drivers and edge.end[0] not in self.fmus:  # of a component the system's check says it
                 raise InputError(
@@ -98,8 +121,25 @@ class Structure:
             found[place] = name
         return found
 
+    def _directed(self, edge: Edge, described: dict[Path_, Description]) -> Edge:
+        """The connection in the direction of its signal, which its start and end do not say (SSP 2.0, Connections)."""
+
+        def gives(node: Node) -> bool | None:
+            if node[0] in self.fmus:
+                port = described[node[0]].ports.get(described[node[0]].elements(node[1])[0])
+                kind = "" if port is None else port.causality
+            else:
+                kind = self.kinds.get(node, "")
+            if kind not in (*_GIVING, *_TAKING):
+                return None
+            return (kind in _GIVING) != (node[0] == edge.place)
+
+        start, end = gives(edge.start), gives(edge.end)
+        turned = (start is False and end is not False) or (end is True and start is not True)
+        return replace(edge, start=edge.end, end=edge.start) if turned else edge
+
     def _connection(
-        self, last: _Edge, drivers: dict[Node, _Edge], names: dict[Path_, str], described: dict[Path_, Description]
+        self, last: Edge, drivers: dict[Node, Edge], names: dict[Path_, str], described: dict[Path_, Description]
     ) -> Connection | None:
         """From the component that drives an input, through the connectors of systems; None if none does."""
         chain = [last]
@@ -111,9 +151,44 @@ class Structure:
         source, target = chain[0].start, last.end
         addresses = (f"{names[source[0]]}.{source[1]}", f"{names[target[0]]}.{target[1]}")
         own = [self._declared(node, described) for node in (source, target)]
+        values = self._mapped_values(chain, addresses, described)
         if len(chain) == 1 and not any(own):
-            return Connection(addresses[0], addresses[1], last.linear.factor, last.linear.offset, not last.suppressed)
-        return self._converted(chain, addresses, described)
+            return Connection(*addresses, last.linear.factor, last.linear.offset, not last.suppressed, values)
+        return replace(self._converted(chain, addresses, described), values=values)
+
+    def _mapped_values(
+        self, chain: list[Edge], addresses: tuple[str, str], described: dict[Path_, Description]
+    ) -> tuple[tuple[int, int], ...]:
+        """What all value mappings on the way make of the values that they name."""
+        what = f"SSP {self.path}: connection {addresses[0]} -> {addresses[1]}"
+        ports = [described[place].ports.get(described[place].elements(name)[0]) for place, name in self._ends(chain)]
+        maps: list[dict[int, int]] = []
+        for edge in chain:
+            if edge.values is None:
+                continue
+            kind = edge.values.kind
+            for port in ports:
+                if port is not None and (port.kind != ("Boolean" if kind == "Boolean" else "Integer")):
+                    raise InputError(
+                        f"{what} has a mapping of type {kind} on {port.fmi_type} ports -- expected ports of that type "
+                        "-- correct the mapping"
+                    )
+            sides = [
+                self.enumerations.get(node) or ({} if port is None else described[end[0]].items(port))
+                for node, end, port in zip((edge.start, edge.end), self._ends(chain), ports, strict=True)
+            ]
+            maps.append(edge.values.numbers(sides[0], sides[1], what))
+
+        def through(value: int) -> int:
+            for one in maps:
+                value = one.get(value, value)
+            return value
+
+        return tuple((value, through(value)) for value in dict.fromkeys(v for one in maps for v in one))
+
+    @staticmethod
+    def _ends(chain: list[Edge]) -> tuple[Node, Node]:
+        return chain[0].start, chain[-1].end
 
     def _declared(self, node: Node, described: dict[Path_, Description]) -> str:
         """Unit that a connector of a component states where it is another than that of the FMU's variable."""
@@ -122,7 +197,7 @@ class Structure:
         return unit if unit and port is not None and port.unit not in ("", unit) else ""
 
     def _converted(
-        self, chain: list[_Edge], addresses: tuple[str, str], described: dict[Path_, Description]
+        self, chain: list[Edge], addresses: tuple[str, str], described: dict[Path_, Description]
     ) -> Connection:
         """All units and transformations on the way as one factor and offset."""
         text = f"SSP {self.path}: connection {addresses[0]} -> {addresses[1]} joins"
@@ -191,6 +266,7 @@ class Structure:
                     onward = replace(
                         parameter,
                         name=edge.end[1],
+                        value=parameter.value if edge.values is None else edge.values.of(parameter.value),
                         unit="" if edge.suppressed else parameter.unit,
                         linear=edge.linear.after(parameter.linear),
                     )
@@ -199,115 +275,3 @@ class Structure:
         for inner in (*self.fmus, *sorted(self.systems)):
             if len(inner) == len(owner) + 1 and inner[:-1] == owner and parameter.name.startswith(f"{inner[-1]}."):
                 yield from self._reached(inner, replace(parameter, name=parameter.name[len(inner[-1]) + 1 :]))
-
-
-def read_structure(files: Files, root: Any) -> Structure:
-    """Read a system description with all its levels.
-
-    Raises
-    ------
-    InputError
-        Value mappings on connections, components that are no FMU of the archive: each named.
-    """
-    found = Structure(files.path)
-    _read_system(found, files, child(root, "System"), (), units(root))
-    return found
-
-
-def _read_system(found: Structure, files: Files, node: Any, place: Path_, definitions: Definitions) -> None:
-    found.systems.add(place)
-    _read_connectors(found, node, place, definitions)
-    found.bindings += [(place, p) for p in bound(files, node, definitions)]
-    for dictionary in children(node, "SignalDictionaries", "SignalDictionary"):
-        _read_dictionary(found, files, dictionary, place, definitions)
-    for element in child(node, "Elements") if child(node, "Elements") is not None else ():
-        inner = (*place, element.get("name") or "")
-        kind = local(element)
-        if kind == "System":
-            _read_system(found, files, element, inner, definitions)
-        elif kind == "Component" and element.get("type") == SSD_TYPE:
-            file = _file(files, element, inner)
-            root = parse(found.path, file, "SystemStructureDescription")
-            _read_system(found, files.beside(file), child(root, "System"), inner, units(root))
-            found.bindings += [(inner, p) for p in bound(files, element, definitions)]
-        elif kind == "Component":
-            _read_component(found, files, element, inner, definitions)
-        elif kind == "SignalDictionaryReference":
-            found.places[inner] = _dictionary(found, element, place)
-    for connection in children(node, "Connections", "Connection"):
-        _read_connection(found, connection, place)
-
-
-def _read_connectors(found: Structure, node: Any, place: Path_, definitions: Definitions) -> None:
-    for connector in children(node, "Connectors", "Connector"):
-        found.connectors[place, connector.get("name") or ""] = (_stated_unit(connector), definitions)
-
-
-def _stated_unit(node: Any) -> str:
-    """Of a connector or an entry of a dictionary; empty without."""
-    return next((kind.get("unit") for kind in node if kind.get("unit")), "")
-
-
-def _read_dictionary(found: Structure, files: Files, node: Any, place: Path_, definitions: Definitions) -> None:
-    """A dictionary as a place among those of its system: its entries pass on what one element connects to them."""
-    table = files.table(node, "SignalDictionary", node)
-    here = (*place, f"{_DICTIONARY}{node.get('name') or ''}")
-    found.dictionaries.add(here)
-    for entry in children(table, "DictionaryEntry"):
-        found.connectors[here, entry.get("name") or ""] = (_stated_unit(entry), {**definitions, **units(table)})
-
-
-_DICTIONARY = "signal dictionary "
-
-
-def _dictionary(found: Structure, element: Any, place: Path_) -> Path_:
-    """Place of the dictionary that a reference names: of its system, or of the nearest around it that has one."""
-    name = element.get("dictionary") or ""
-    for level in range(len(place), -1, -1):
-        candidate = (*place[:level], f"{_DICTIONARY}{name}")
-        if candidate in found.dictionaries:
-            return candidate
-    reference = ".".join((*place, element.get("name") or ""))
-    raise InputError(
-        f"SSP {found.path}: {reference} refers to the signal dictionary {name!r} -- expected one that its system or "
-        "one around it has -- export it again"
-    )
-
-
-def _file(files: Files, element: Any, place: Path_) -> Path:
-    what = f"component {'.'.join(place)!r} with source"
-    return files.named(element.get("source") or "", what, "an FMU inside the archive")
-
-
-def _read_component(found: Structure, files: Files, element: Any, place: Path_, definitions: Definitions) -> None:
-    if element.get("type", FMU_TYPE) != FMU_TYPE:
-        raise InputError(
-            f"SSP {found.path}: component {'.'.join(place)!r} is of type {element.get('type')!r} -- expected an FMU "
-            "inside the archive -- pack it in as one"
-        )
-    wanted = element.get("implementation", "any")
-    if wanted not in ("any", "CoSimulation"):
-        found.notes.append(f"component {'.'.join(place)} is meant for {wanted}: its co-simulation runs instead")
-    found.fmus[place] = _file(files, element, place)
-    _read_connectors(found, element, place, definitions)
-    found.bindings += [(place, p) for p in bound(files, element, definitions)]
-
-
-def _read_connection(found: Structure, node: Any, place: Path_) -> None:
-    ends: list[Node] = []
-    for end in ("start", "end"):
-        element, connector = node.get(f"{end}Element"), node.get(f"{end}Connector") or ""
-        where = (*place, element) if element else place
-        ends.append((found.places.get(where, where), connector))
-    transformation = Linear()
-    for kind in node:
-        if local(kind) == "LinearTransformation":
-            transformation = linear(found.path, kind.attrib)
-        elif local(kind).endswith("MappingTransformation"):
-            source, target = (".".join((*where, name)) for where, name in ends)
-            raise InputError(
-                f"SSP {found.path}: connection {source} -> {target} has a value mapping -- expected a linear one "
-                "-- put an FMU that maps the values between"
-            )
-    suppressed = node.get("suppressUnitConversion") in ("true", "1")
-    found.edges.append(_Edge(ends[0], ends[1], transformation, suppressed))

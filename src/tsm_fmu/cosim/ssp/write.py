@@ -157,6 +157,18 @@ def _write_connection(connections: Any, connection: Connection, described: Mappi
         etree.SubElement(
             node, f"{SSC}LinearTransformation", factor=repr(connection.factor), offset=repr(connection.offset)
         )
+    if connection.values:
+        _write_values(node, connection, described)
+
+
+def _write_values(node: Any, connection: Connection, described: Mapping[str, Description]) -> None:
+    component, _, variable = connection.source.partition(".")
+    port = described[component].ports[described[component].elements(variable)[0]]
+    kind = "Boolean" if port.kind == "Boolean" else "Integer"
+    table = etree.SubElement(node, f"{SSC}{kind}MappingTransformation")
+    for values in connection.values:
+        written = [str(bool(v)).lower() if kind == "Boolean" else str(v) for v in values]
+        etree.SubElement(table, f"{SSC}MapEntry", source=written[0], target=written[1])
 
 
 def _takes_any(connection: Connection, described: Mapping[str, Description]) -> bool:

@@ -17,6 +17,8 @@ PREFIXES: Any = {"ssd": SSD[1:-1], "ssc": SSC[1:-1], "ssv": SSV[1:-1]}
 ANNOTATION = "tsm-fmu.experiment"
 FMU_TYPE = "application/x-fmu-sharedlibrary"
 SSD_TYPE = "application/x-ssp-definition"
+SSP_TYPE = "application/x-ssp-package"
+MAIN = "SystemStructure.ssd"
 VERSIONS = ("1.0", "2.0")
 
 
