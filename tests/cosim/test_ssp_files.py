@@ -223,19 +223,37 @@ def test_a_signal_dictionary_connects_what_is_connected_to_it(folder, foreign, s
         pass
 
 
+HINT = "<ssd:Annotations><ssc:Annotation type='osp'><osp:StepSizeHint value='{}'/></ssc:Annotation></ssd:Annotations>"
+VARIES = "another tool varies the step: here it is fixed, at most its longest, unless --step-error divides it"
+SLOW = "component i asks for steps of 0.05 s: it is stepped with all others, every 0.0125 s"
+
+
 @pytest.mark.parametrize(
-    ("where", "inside"),
+    ("system", "experiment", "hints", "notes"),
     [
-        ("system", '<oms:Annotations xmlns:oms="o"><oms:FixedStepMaster stepSize="0.0125"/></oms:Annotations>'),
-        ("experiment", '<osp:Algorithm><osp:FixedStepAlgorithm baseStepSize="125e-4"/></osp:Algorithm>'),
+        ('<oms:Annotations xmlns:oms="o"><oms:FixedStepMaster stepSize="0.0125"/></oms:Annotations>', "", [], ()),
+        ('<oms:VariableStepMaster minimumStepSize="1e-9" maximumStepSize="0.0125"/>', "", [], (VARIES,)),
+        ("", '<osp:Algorithm><osp:FixedStepAlgorithm baseStepSize="125e-4"/></osp:Algorithm>', ["0.05"], (SLOW,)),
+        ("", "", ["0.05", "0.0125"], (SLOW,)),
+        ("", "stepSize", ["0.0125"], ()),
     ],
 )
-def test_the_step_that_another_tool_noted(folder, where, inside):
-    note = f'<ssd:Annotations><ssc:Annotation type="them">{inside}</ssc:Annotation></ssd:Annotations>'
-    body = f"<ssd:Elements>{component('i', 'parts/fmus/Integrator.fmu')}</ssd:Elements>"
-    body, inner = (f"{body}{note}", "") if where == "system" else (body, note)
-    with open_ssp(written(folder, body, f'<ssd:DefaultExperiment stopTime="0.5">{inner}</ssd:DefaultExperiment>')) as c:
-        assert (c["theirs"][1].stop, c["theirs"][1].step) == (0.5, 0.0125)
+def test_the_step_that_another_tool_noted(folder, system, experiment, hints, notes):
+    """Of the system, of the experiment, of single components, of an attribute as FMI has it; what differs is said."""
+    attribute = 'stepSize="0.0125"' if experiment == "stepSize" else ""
+    inside = [
+        f'<ssd:Annotations><ssc:Annotation type="them">{text}</ssc:Annotation></ssd:Annotations>'
+        for text in (system, "" if attribute else experiment)
+    ]
+    parts = [
+        component(name, "parts/fmus/Integrator.fmu", bindings(inline("u", 0.1)) + HINT.format(hint))
+        for name, hint in zip("ij", hints or ["0"], strict=False)
+    ]
+    rest = f'<ssd:DefaultExperiment stopTime="0.5" {attribute}>{inside[1]}</ssd:DefaultExperiment>'
+    with open_ssp(written(folder, f"<ssd:Elements>{''.join(parts)}</ssd:Elements>{inside[0]}", rest)) as cases:
+        found, own = cases["theirs"]
+        assert (own.stop, own.step) == (0.5, 0.0125)
+        assert found.notes == notes
 
 
 def test_what_cannot_be_as_the_author_meant_is_said(folder):

@@ -57,7 +57,9 @@ def _case(path: Path, folder: Path, file: Path, held: ExitStack) -> tuple[str, C
         raise InputError(f"SSP {path} has no System element -- expected one of SSP 1.0 -- export it as SSP 1.0")
     files = Files(path, folder.resolve(), folder.resolve(), held)
     system = read_structure(files, root).flat(body.get("name") or root.get("name") or path.stem)
-    return root.get("name") or file.stem, (system, _experiment(path, root, system))
+    experiment = _experiment(path, root, system)
+    notes = (*system.notes, *_step_notes(path, root, experiment))
+    return root.get("name") or file.stem, (replace(system, notes=notes), experiment)
 
 
 def _experiment(path: Path, root: Any, system: System) -> Experiment:
@@ -68,7 +70,9 @@ def _experiment(path: Path, root: Any, system: System) -> Experiment:
     for note in notes:
         written |= dict(getattr(child(note, "experiment"), "attrib", {}))
     values: dict[str, Any] = {"start": times.get("startTime", "0"), "stop": times.get("stopTime", "1"), **written}
-    values.setdefault("step", _step_of_others(root) or _suggested_step(system))
+    hints = _hints(path, root)
+    proposed = _step_of_others(root) or times.get("stepSize") or (repr(min(hints.values())) if hints else "")
+    values.setdefault("step", proposed or _suggested_step(system))
     numeric = {f.name for f in fields(Experiment) if str(f.type).startswith("float")}
     known: dict[str, Any] = {k: number(path, v) if k in numeric else v for k, v in values.items() if k in _EXPERIMENT}
     return Experiment(**known)
@@ -77,8 +81,35 @@ def _experiment(path: Path, root: Any, system: System) -> Experiment:
 _EXPERIMENT = {f.name for f in fields(Experiment)}
 
 
-_STEPS = {"FixedStepMaster": "stepSize", "FixedStepAlgorithm": "baseStepSize"}
-"""Elements of other tools' annotations that hold a communication step: of OMSimulator, of libcosim and Vico."""
+_VARIABLE = "VariableStepMaster"
+_STEPS = {"FixedStepMaster": "stepSize", _VARIABLE: "maximumStepSize", "FixedStepAlgorithm": "baseStepSize"}
+"""Elements of other tools' annotations that hold a communication step: two of OMSimulator, of libcosim and Vico."""
+
+
+def _hints(path: Path, root: Any) -> dict[str, float]:
+    """Steps that libcosim or Vico would give to single components, by the component's name."""
+    found: dict[str, float] = {}
+    for component in root.iter():
+        if local(component) == "Component":
+            for annotation in children(component, "Annotations", "Annotation"):
+                for node in children(annotation, "StepSizeHint"):
+                    if (step := number(path, node.get("value", "0"))) > 0.0:
+                        found[component.get("name") or ""] = step
+    return found
+
+
+def _step_notes(path: Path, root: Any, experiment: Experiment) -> list[str]:
+    """What of other tools' steps is not as they have it."""
+    notes = [
+        f"component {name} asks for steps of {hint:g} s: it is stepped with all others, every {experiment.step:g} s"
+        for name, hint in _hints(path, root).items()
+        if hint > experiment.step * (1.0 + 1e-9)
+    ]
+    if any(local(node) == _VARIABLE for node in root.iter()):
+        notes.append(
+            "another tool varies the step: here it is fixed, at most its longest, unless --step-error divides it"
+        )
+    return notes
 
 
 def _step_of_others(root: Any) -> str:
