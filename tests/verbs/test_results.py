@@ -13,18 +13,20 @@ import control
 import numpy as np
 import pytest
 
-from tsm_fmu.card import CardParameter, ModelCard, Provenance, RecordUsed, write_card
+import tsm_fmu
+from tsm_fmu.card import CardParameter, ModelCard, Provenance, RecordUsed, read_card, write_card
 from tsm_fmu.cosim.linearize import Linear, named
 from tsm_fmu.cosim.metric import Metric
 from tsm_fmu.cosim.step_study import SignalStudy
 from tsm_fmu.cosim.sweep import Axis, Point
 from tsm_fmu.cosim.tolerance import Bands
 from tsm_fmu.cosim.trajectory import Trajectory
+from tsm_fmu.diagnosis.workflow import DiagnosisInterrupted
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import write_record
 from tsm_fmu.models.contract import InputError
 from tsm_fmu.regression.problem import FitRun
-from tsm_fmu.verbs import batch, identify, monte_carlo
+from tsm_fmu.verbs import batch, diagnose, identify, monte_carlo
 from tsm_fmu.verbs import report as folder_report
 from tsm_fmu.verbs.batch import BatchResult, RigResult, read_rigs
 from tsm_fmu.verbs.identify import IdentifyResult
@@ -363,3 +365,28 @@ def test_bands_of_cases_stand_beside_one_another_where_their_times_are_the_same(
     assert result.figure().title.startswith("e.y, a")
     with pytest.raises(InputError, match="case 'd' -- expected one of a, b, c"):
         result.figure("d")
+
+
+def test_an_interrupted_diagnosis_keeps_the_refitted_card_in_its_folder_and_passes_what_was_set(tmp_path, monkeypatch):
+    """With a preset and a value set; without a folder nothing is kept."""
+    given: list[dict[str, Any]] = []
+
+    def find(model: Any, runs: Any, **options: Any) -> None:
+        given.append({"model": model.name, "runs": [r.name for r in runs], **options})
+        raise DiagnosisInterrupted(card)
+
+    parameters = {v.name: CardParameter(v.start, v.quantity.unit, None) for v in kernel("PairedTsmBacklash").parameters}
+    card = ModelCard("PairedTsmBacklash", "published", (), parameters)
+    monkeypatch.setattr(diagnose, "find", find)
+    runs = [tsm_fmu.sample("sine")]
+    with pytest.raises(
+        KeyboardInterrupt, match="interrupted before an answer; PairedTsmBacklash as refitted is kept in"
+    ):
+        diagnose.diagnose("PairedTsmBacklash:published", runs, values={"alpha": 9.0}, out=tmp_path, seed=5)
+    assert read_card(tmp_path / "card.incomplete.toml").parameters == card.parameters
+    with pytest.raises(DiagnosisInterrupted):
+        diagnose.diagnose(replace(card, preset=""), runs)
+    first, second = given
+    assert (first["preset"], first["seed"], first["values"]["alpha"]) == ("published", 5, 9.0)
+    assert second["preset"] is None
+    assert first["runs"] == [runs[0].name]
