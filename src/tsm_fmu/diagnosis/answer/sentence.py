@@ -30,12 +30,12 @@ def answer(found: Diagnosis) -> str:
     if found.verdict == "parameters":
         changes = ", ".join(changes_text(found.changes))
         how = f" ({changes})" if changes else ""
-        text = f"No effect named: other parameter values close the gap{how}. {_sentence(numbers)}"
+        text = f"No effect named: other parameter values close the gap{how}. {as_sentence(numbers)}"
     elif found.verdict == "none":
-        text = f"No effect named. {_sentence(_remains(found, channel))} {_sentence(numbers)}"
+        text = f"No effect named. {as_sentence(_remains(found, channel))} {as_sentence(numbers)}"
     elif found.verdict == "not_excited":
         reasons = "; ".join(found.gate.refused) or "no effect that could explain it shows in them"
-        text = f"No answer from these runs: {reasons}. {_sentence(numbers)}"
+        text = f"No answer from these runs: {reasons}. {as_sentence(numbers)}"
     else:
         text = _with_gap(found, channel, numbers)
     return text + _nuisances_text(found)
@@ -51,16 +51,16 @@ def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
         all_names = [*map(words, found.effects), *_beside(found)]
         names, many = " and ".join(all_names), len(all_names) > 1
         share = f"{names} explain{'' if many else 's'} {closes} of {of}" if closes else f"missing: {names}"
-        return _sentence(f"{where}{share}; {numbers}") + _laws_text(found)
+        return as_sentence(f"{where}{share}; {numbers}") + _laws_text(found)
     if found.verdict == "ambiguous":
         names = either([words(e) for e in found.equivalent[0]])
         share = f"explains {closes} of {of}" if closes else "is missing"
-        return _sentence(
+        return as_sentence(
             f"{where}{names} {share}, these runs cannot tell which: play the next experiment; {numbers}"
         ) + _laws_text(found)
     tried = [(c, x) for c in found.candidates if c.testable and (x := c.channels[channel].closure_measured) is not None]
     nearest = f" (the best, {words(tried[0][0].spec)}, {range_of(tried[0][1])})" if tried else ""
-    text = _sentence(f"{where}no effect of the library explains {of} well enough{nearest}; {numbers}")
+    text = as_sentence(f"{where}no effect of the library explains {of} well enough{nearest}; {numbers}")
     text += _family_text(found, channel)
     formula = next((s.formula for s in found.shapes if s.channel == channel and s.formula.text), None)
     if formula is None:
@@ -239,5 +239,6 @@ def _percent(share: float | None) -> str:
     return f"{round(100.0 * (share or 0.0))} %"
 
 
-def _sentence(text: str) -> str:
+def as_sentence(text: str) -> str:
+    """A clause with its capital letter and its full stop."""
     return f"{text[0].upper()}{text[1:]}."

@@ -12,6 +12,7 @@ from ...effects import FAMILIES, about, words
 from ...logs.display import display
 from ...report import Section, Table, write_report
 from ..answer.sentence import (
+    as_sentence,
     best_wrong,
     changes_text,
     closure_text,
@@ -141,7 +142,7 @@ def _where(found: Diagnosis) -> Section | None:
         if p.significant and p.explained - p.chance > NOTABLE_SHARE:
             parts = notable.setdefault(p.channel, [])
             parts.append(f"{_percent(p.share_of_gap)} {place_text(p)}" if parts else share_text(p))
-    text = " ".join(f"{', '.join(parts[:3])}." for parts in notable.values())
+    text = " ".join(as_sentence(", ".join(parts[:3])) for parts in notable.values())
     text = text or "The disagreement does not depend on any coordinate beyond chance."
     caption = (
         f"Residual of {whose}, most telling first. Explained: share of its variance that is a function of the "
@@ -280,7 +281,7 @@ def _notes(found: Diagnosis) -> Section | None:
             f"The model of the answer, its card and its FMU also hold {' and '.join(names)}: nuisance parameters of "
             "every fit, of too little effect to be named."
         )
-    parts += [f"{n[0].upper()}{n[1:].rstrip('.')}." for n in (*found.notes, *found.gate.refused)]
+    parts += [as_sentence(n.rstrip(".")) for n in (*found.notes, *found.gate.refused)]
     runs: dict[str, list[str]] = {}
     for note in found.gate.notes:  # "run: finding"; the same of several runs is one row
         run, _, finding = note.partition(": ")
