@@ -41,7 +41,8 @@ def changes_of(given: Fitted, final: Fitted) -> tuple[ParameterChange, ...]:
 
 def _undone(final: Fitted, field: str, value: float) -> float:
     """Largest change of a channel if one parameter alone had its old value; infinite where the others forbid it."""
-    return float(np.nan_to_num(final.change_with({field: value}), nan=np.inf).max())
+    change = final.change_with({field: value})
+    return float(np.where(np.isnan(change), np.inf, change).max())
 
 
 def bound_notes(refitted: Fitted, final: Fitted) -> tuple[str, ...]:
