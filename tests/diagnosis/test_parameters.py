@@ -140,7 +140,7 @@ def test_the_card_has_what_was_fitted_from_what_and_how_sure_it_is(one: Fitted) 
 
 
 def test_a_value_a_hair_beyond_its_bound_is_the_bound_in_the_card(one: Fitted) -> None:
-    alone = replace(one, problem=one.problem.with_runs(one.problem.runs[:1]), table=one.table[:1])
+    alone = replace(one, problem=one.problem.with_runs(one.problem.runs[:1]), table=one.table[:1].copy())
     column, space = one.problem.fields.index("sigma2"), one.problem.space["sigma2"]
     alone.table[0, column] = space.lo - 1e-12
     assert card_of(alone, (), "", 0, errors=False).parameters["sigma2"].value == space.lo
