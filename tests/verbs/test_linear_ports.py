@@ -55,7 +55,7 @@ def linearized(
     monkeypatch.setattr(linearize, "linearize_case", simulate)
     monkeypatch.setattr(linearize, "describe", lambda fmu: fmu)
     monkeypatch.setattr(linearize, "has_derivatives", lambda _: derivatives)
-    return tsm.linearize(what, 0.75, **options), told
+    return tsm.linearize(what=what, at=0.75, **options), told
 
 
 def test_a_loop_is_open_at_an_input_that_is_connected_unless_it_is_to_stay_closed(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from inspect import signature
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,6 +15,7 @@ import pytest
 import tsm_fmu as tsm
 from tsm_fmu.card import CardParameter, ModelCard, write_card
 from tsm_fmu.cli.app import run
+from tsm_fmu.cosim.description import describe
 from tsm_fmu.cosim.ssp import write_ssp
 from tsm_fmu.cosim.system import Component, Connection, Experiment, System
 from tsm_fmu.fmu.build import build_fmu
@@ -47,8 +49,9 @@ def told_of(
     verb: str, options: dict[str, Any], command: list[str], told: list[Any], arguments: tuple[Any, ...]
 ) -> list[Any]:
     """What the function and the command told."""
+    function = getattr(tsm, verb)
     with pytest.raises(Told):
-        getattr(tsm, verb)(*arguments, **options)
+        function(**dict(zip(signature(function).parameters, arguments, strict=False)), **options)
     first = told.copy()
     told.clear()
     assert run(command) == 2
@@ -184,7 +187,7 @@ def test_a_step_is_halved_once_to_ten_times(
     monkeypatch.setattr(step_study, "study_case", lambda one, n, **_: (n, one[1].step))
     if not fits:
         with pytest.raises(InputError, match=f"halvings {halvings} -- expected 1 to 10 -- correct it"):
-            tsm.step_study(path, halvings=halvings)
+            tsm.step_study(what=path, halvings=halvings)
         return
     found = tsm.step_study(path, halvings=halvings, stop=2.0)
     assert found.steps == tuple(0.125 * 0.5**k for k in range(halvings + 1))
@@ -296,7 +299,7 @@ def test_a_run_through_a_model_has_its_outputs_and_says_what_had_no_effect() -> 
     t = 0.01 * np.arange(300)
     x = 0.6 * np.sin(4.0 * t)
     record = Record("one", t, {"x_in": x, "x_out": 0.9 * x}, {"x_in": "rad", "x_out": "rad"})
-    found = tsm.simulate("PairedTsmBacklash:published", record, values={"x_0": 0.25}, cutoff=5.0)
+    found = tsm.simulate(what="PairedTsmBacklash:published", run=record, values={"x_0": 0.25}, cutoff=5.0)
     y = model.simulate(model.params("published", {"x_0": 0.25}), t, x[:, None])
     for k, v in enumerate(model.outputs):
         assert np.array_equal(found[v.name], y[:, k])
@@ -309,3 +312,15 @@ def test_a_run_through_a_model_has_its_outputs_and_says_what_had_no_effect() -> 
             tsm.simulate(wrong, record)
     with pytest.raises(InputError, match="x_out"):
         tsm.simulate("PairedTsmBacklash", replace(record, units={"x_in": "rad", "x_out": "N"}))
+
+
+def test_a_check_and_an_export_take_their_arguments_by_name(tmp_path: Path) -> None:
+    t = 0.01 * np.arange(300)
+    record = Record("one", t, {"x_in": np.sin(4.0 * t), "x_out": np.sin(4.0 * t)}, {"x_in": "rad", "x_out": "rad"})
+    (found,) = tsm.check(runs=record).runs
+    assert (found.name, found.samples, found.t1) == ("one", 300, pytest.approx(2.99))
+    fmu = tsm.export(model="Sum", path=tmp_path / "S.fmu", flavour="python")
+    assert describe(fmu).model.modelName == "Sum"
+    assert {p.start for n, p in describe(fmu).ports.items() if n in ("k1", "k2", "k3")} == {
+        repr(v.start) for v in kernel("Sum").parameters if v.name in ("k1", "k2", "k3")
+    }

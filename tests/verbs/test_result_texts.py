@@ -19,6 +19,7 @@ from tsm_fmu.checking.finding import Finding
 from tsm_fmu.checking.power import Power
 from tsm_fmu.checking.run_check import Channel, RunCheck
 from tsm_fmu.cosim.metric import CaseMetrics, Metric, Spread
+from tsm_fmu.cosim.step_study import SignalStudy
 from tsm_fmu.cosim.sweep import Axis, Point
 from tsm_fmu.cosim.trajectory import Trajectory
 from tsm_fmu.kernels.kernel import kernel
@@ -30,6 +31,7 @@ from tsm_fmu.verbs.check import CheckResult
 from tsm_fmu.verbs.identify import IdentifyResult
 from tsm_fmu.verbs.models import ResolvedModel
 from tsm_fmu.verbs.run import RunResult
+from tsm_fmu.verbs.step_study import StepStudyResult
 from tsm_fmu.verbs.sweep import SweepResult
 
 
@@ -238,6 +240,23 @@ def test_a_run_tells_its_tracking_error_or_all_its_signals_or_the_numbers_of_its
     assert "two.a.x" not in text
     assert "three.a.x" not in text
     assert text.endswith("\n\nIn order.")
+
+
+def test_a_step_study_draws_the_four_signals_in_which_the_order_matters_most() -> None:
+    """However small they are, but none that rests."""
+    sizes = {"a": 0.25, "b": 0.5, "rest": 0.0, "c": 0.125, "d": 1.0, "e": 2.0}
+    shares = {"a": 0.4, "b": 0.1, "rest": 0.0, "c": 0.3, "d": 0.2, "e": 0.5}
+    signals = tuple(
+        SignalStudy(
+            n, "m", size, {"gauss-seidel": (size, 0.5 * size), "jacobi": (0.0, 0.0)}, (shares[n] * size, 0.0, 0.0)
+        )
+        for n, size in sizes.items()
+    )
+    panel = StepStudyResult("one", (0.5, 0.25, 0.125), signals, 1.0).figure().panels[0]
+    assert [line.name for line in panel.lines[::2]] == [f"{n}, gauss-seidel" for n in "eacd"]
+    for line in panel.lines[::2]:
+        assert list(line.y) == pytest.approx([100.0, 50.0])
+    assert panel.log_x
 
 
 def series(name: str, kind: str, drift: Any, values: tuple[float, ...] = (0.01, 0.05)) -> Any:

@@ -248,6 +248,7 @@ def test_a_page_on_a_folder_has_every_number_of_its_results(tmp_path: Path, monk
     (tmp_path / "diagnosis.json").write_text(json.dumps(data), encoding="utf-8")
     for name in ("a.txt", "b.txt"):
         (tmp_path / name).write_text("12345")
+    (tmp_path / "fmus").mkdir()  # a folder is no result
     folder_report.write_folder_report(tmp_path)
     path, title, summary, sections, _ = told[0]
     assert path == tmp_path / "index.html"
