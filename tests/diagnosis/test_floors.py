@@ -27,7 +27,8 @@ def fit(
     return SimpleNamespace(
         rmse=size, spread=np.full(2, SPREAD), share=np.array([share, 0.0]),
         white=np.array([rmse if white is None else white, other]) * SPREAD,
-        problem=SimpleNamespace(channels=("F", "x")), task=SimpleNamespace(discrepancy=np.full(2, discrepancy * SPREAD)),
+        problem=SimpleNamespace(channels=("F", "x")),
+        task=SimpleNamespace(discrepancy=np.full(2, discrepancy * SPREAD)),
     )  # fmt: skip
 
 
