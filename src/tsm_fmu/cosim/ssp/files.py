@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,6 +12,9 @@ from urllib.parse import unquote
 from ...models.contract import InputError
 from ..unpack import opened, unpacked
 from .xml import child, local, parse
+
+_PROXY = re.compile(r"proxy-?fmu://localhost\?file=")
+"""How libcosim and ecos ask for a process of its own, which other people's FMUs have here anyway."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,7 @@ class Files:
         InputError
             If there is none, or it is outside the archive; ``what`` says whose it is.
         """
-        file = (self.base / unquote(source)).resolve()
+        file = (self.base / _PROXY.sub("", unquote(source))).resolve()
         if not file.is_relative_to(self.folder) or not file.is_file():
             raise InputError(f"SSP {self.path}: {what} {source!r} -- expected {expected} -- pack it in")
         return file

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from ...models.contract import InputError
-from ..conversion import Definitions
+from .connectors import Scope, scope, units
 from .files import Files
-from .parameters import bound, units
+from .parameters import bound
 from .structure import Edge, Node, Path_, Structure
 from .transformations import transformation
 from .xml import FMU_TYPE, MAIN, SSD_TYPE, SSP_TYPE, child, children, local, parse
@@ -26,52 +26,43 @@ def read_structure(files: Files, root: Any) -> Structure:
         Components that are no FMU of the archive, damaged transformations: each named.
     """
     found = Structure(files.path)
-    _read_system(found, files, child(root, "System"), (), _Scope(units(root), _enumerations(root)))
+    _read_system(found, files, child(root, "System"), (), scope(files.path, root))
     return found
 
 
-@dataclass(frozen=True)
-class _Scope:
-    """What a file defines for all of itself: units, and enumerations with their items."""
-
-    units: Definitions
-    enumerations: dict[str, dict[str, int]]
-
-
-def _enumerations(root: Any) -> dict[str, dict[str, int]]:
-    return {
-        node.get("name") or "": {
-            item.get("name") or "": int(item.get("value") or 0)
-            for item in children(node, "Item")
-            if (item.get("value") or "").lstrip("-").isdecimal()
-        }
-        for node in children(root, "Enumerations", "Enumeration")
-    }
-
-
-def _read_system(found: Structure, files: Files, node: Any, place: Path_, scope: _Scope) -> None:
+def _read_system(found: Structure, files: Files, node: Any, place: Path_, within: Scope) -> None:
     if len(place) > MOST_LEVELS:
         raise InputError(
             f"SSP {found.path}: system {'.'.join(place[:4])}... is nested more than {MOST_LEVELS} times -- expected "
             "no description that holds itself -- export it again"
         )
     found.systems.add(place)
-    _read_connectors(found, node, place, scope)
-    found.bindings += [(place, p) for p in bound(files, node, scope.units, found.notes)]
+    if any(own.get("linearimpedance") for note in children(node, "Annotations") for own in note.iter()):
+        raise InputError(
+            f"SSP {found.path}: system {'.'.join(place) or node.get('name')!r} has transmission lines (TLM) of "
+            "OMSimulator -- expected connections of signals -- export it without them"
+        )
+    _read_connectors(found, node, place, within)
+    found.bindings += [(place, p) for p in bound(files, node, within.units, found.notes)]
     for dictionary in children(node, "SignalDictionaries", "SignalDictionary"):
-        _read_dictionary(found, files, dictionary, place, scope.units)
+        _read_dictionary(found, files, dictionary, place, within)
     for element in child(node, "Elements") if child(node, "Elements") is not None else ():
         inner = (*place, element.get("name") or "")
         kind = local(element)
+        if found.has(inner):
+            raise InputError(
+                f"SSP {found.path}: the element {'.'.join(inner)!r} is there twice -- expected names used once in a "
+                "system -- rename one"
+            )
         if kind == "System":
-            _read_system(found, files, element, inner, scope)
+            _read_system(found, files, element, inner, within)
         elif kind == "Component" and element.get("type") in (SSD_TYPE, SSP_TYPE):
             own, file = _nested(files, element, inner)
             root = parse(found.path, file, "SystemStructureDescription")
-            _read_system(found, own, child(root, "System"), inner, _Scope(units(root), _enumerations(root)))
-            found.bindings += [(inner, p) for p in bound(files, element, scope.units, found.notes)]
+            _read_system(found, own, child(root, "System"), inner, scope(files.path, root))
+            found.bindings += [(inner, p) for p in bound(files, element, within.units, found.notes)]
         elif kind == "Component":
-            _read_component(found, files, element, inner, scope)
+            _read_component(found, files, element, inner, within)
         elif kind == "SignalDictionaryReference":
             found.places[inner] = _dictionary(found, element, place)
     for connection in children(node, "Connections", "Connection"):
@@ -89,28 +80,24 @@ def _nested(files: Files, element: Any, place: Path_) -> tuple[Files, Path]:
     return inside, inside.named(description or MAIN, f"component {'.'.join(place)!r} with description")
 
 
-def _read_connectors(found: Structure, node: Any, place: Path_, scope: _Scope) -> None:
+def _read_connectors(found: Structure, node: Any, place: Path_, within: Scope) -> None:
     for connector in children(node, "Connectors", "Connector"):
-        here = (place, connector.get("name") or "")
-        found.connectors[here] = (_stated_unit(connector), scope.units)
-        found.kinds[here] = connector.get("kind") or ""
-        named = child(connector, "Enumeration")
-        if named is not None and (items := scope.enumerations.get(named.get("name") or "")):
-            found.enumerations[here] = items
+        name = connector.get("name") or ""
+        found.connectors[place, name] = within.connector(connector)
+        if any(
+            port.get("default") for annotations in children(connector, "Annotations") for port in annotations.iter()
+        ):
+            found.notes.append(f"another tool's start value of {'.'.join((*place, name))} in an annotation is not read")
 
 
-def _stated_unit(node: Any) -> str:
-    """Of a connector or an entry of a dictionary; empty without."""
-    return next((kind.get("unit") for kind in node if kind.get("unit")), "")
-
-
-def _read_dictionary(found: Structure, files: Files, node: Any, place: Path_, definitions: Definitions) -> None:
+def _read_dictionary(found: Structure, files: Files, node: Any, place: Path_, within: Scope) -> None:
     """A dictionary as a place among those of its system: its entries pass on what one element connects to them."""
     table = files.table(node, "SignalDictionary", node)
     here = (*place, f"{_DICTIONARY}{node.get('name') or ''}")
     found.dictionaries.add(here)
+    own = replace(within, units={**within.units, **units(files.path, table)})
     for entry in children(table, "DictionaryEntry"):
-        found.connectors[here, entry.get("name") or ""] = (_stated_unit(entry), {**definitions, **units(table)})
+        found.connectors[here, entry.get("name") or ""] = own.connector(entry)
 
 
 _DICTIONARY = "signal dictionary "
@@ -135,7 +122,7 @@ def _file(files: Files, element: Any, place: Path_) -> Path:
     return files.named(element.get("source") or "", what, "an FMU inside the archive")
 
 
-def _read_component(found: Structure, files: Files, element: Any, place: Path_, scope: _Scope) -> None:
+def _read_component(found: Structure, files: Files, element: Any, place: Path_, within: Scope) -> None:
     if element.get("type", FMU_TYPE) != FMU_TYPE:
         raise InputError(
             f"SSP {found.path}: component {'.'.join(place)!r} is of type {element.get('type')!r} -- expected an FMU "
@@ -145,8 +132,8 @@ def _read_component(found: Structure, files: Files, element: Any, place: Path_, 
     if wanted not in ("any", "CoSimulation"):
         found.notes.append(f"component {'.'.join(place)} is meant for {wanted}: its co-simulation runs instead")
     found.fmus[place] = _file(files, element, place)
-    _read_connectors(found, element, place, scope)
-    found.bindings += [(place, p) for p in bound(files, element, scope.units, found.notes)]
+    _read_connectors(found, element, place, within)
+    found.bindings += [(place, p) for p in bound(files, element, within.units, found.notes)]
 
 
 def _read_connection(found: Structure, node: Any, place: Path_) -> None:
@@ -156,6 +143,14 @@ def _read_connection(found: Structure, node: Any, place: Path_) -> None:
         where = (*place, element) if element else place
         ends.append((found.places.get(where, where), connector))
     source, target = (".".join((*where, name)) for where, name in ends)
+    if delay := node.get("information_delay"):
+        found.notes.append(f"connection {source} -> {target}: the delay of {delay} s that ssp4sim adds is left out")
+    for where, _ in ends:
+        if not found.has(where) and where not in found.dictionaries:
+            raise InputError(
+                f"SSP {found.path}: connection {source} -> {target}: there is no element {'.'.join(where)!r} -- "
+                "expected one of its system -- correct the connection"
+            )
     for end in ("start", "end"):
         if indices := node.get(f"{end}Indices"):
             raise InputError(

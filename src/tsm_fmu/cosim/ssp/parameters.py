@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from fmpy.model_description import BaseUnit
-
 from ...models.contract import InputError
 from ..conversion import Definitions, conversion
 from ..description import Description, Port
 from ..start_values import Value
+from .connectors import Connector, units
 from .files import Files
 from .transformations import UNCHANGED, Linear, transformation
-from .xml import child, children, local
+from .xml import SSV_TYPE, child, children, local
 
 
 @dataclass(frozen=True)
@@ -42,8 +41,8 @@ class Parameter:
     definitions: Definitions
     linear: Linear = UNCHANGED
 
-    def of(self, address: str, port: Port, description: Description) -> Value:
-        """The value in the unit and type of a variable.
+    def of(self, address: str, port: Port, description: Description, connector: Connector) -> Value:
+        """The value in the unit and type of a variable, whose ``connector`` may state them otherwise than its FMU.
 
         Raises
         ------
@@ -51,32 +50,24 @@ class Parameter:
             If its unit measures something else.
         """
         if port.kind == "Integer":
-            return str(description.items(port).get(self.value, self.value))
-        if port.kind != "Real" or (self.linear.plain and self.unit in ("", port.unit)):
+            return str({**connector.items, **description.items(port)}.get(self.value, self.value))
+        if port.kind != "Real":
             return self.value
-        scale, shift = 1.0, 0.0
-        if self.unit and port.unit:
-            scale, shift = conversion(
-                self.unit, port.unit, f"parameter {address} goes from", (self.definitions, description.units),
-                any_to_one=False,
-            )  # fmt: skip
+        text = f"parameter {address} goes from"
+        unit, defined = (connector.unit, connector.definitions) if connector.unit else (port.unit, description.units)
+        total = self.linear
+        if self.unit and unit:
+            definitions = (self.definitions, defined)
+            total = total.after(Linear(*conversion(self.unit, unit, text, definitions, any_to_one=False)))
+        if unit and port.unit:
+            total = Linear(*conversion(unit, port.unit, text, (defined, description.units))).after(total)
+        if total.plain:
+            return self.value
         try:
-            values = [self.linear.factor * (scale * float(v) + shift) + self.linear.offset for v in self.value.split()]
+            values = [total.factor * float(v) + total.offset for v in self.value.split()]
         except ValueError:
             return self.value  # refused by its name when the system is checked
         return " ".join(repr(v) for v in values)
-
-
-def units(root: Any) -> dict[str, Any]:
-    """Units that a file defines, by name."""
-    found: dict[str, Any] = {}
-    for unit in children(root, "Units", "Unit"):
-        base = child(unit, "BaseUnit")
-        if base is not None:
-            given = {k: v for k, v in base.attrib.items() if hasattr(BaseUnit(), k)}
-            numbers: dict[str, Any] = {k: float(v) if k in ("factor", "offset") else int(v) for k, v in given.items()}
-            found[unit.get("name", "")] = BaseUnit(**numbers)
-    return found
 
 
 def bound(files: Files, owner: Any, definitions: Definitions, notes: list[str]) -> Iterator[Parameter]:
@@ -100,13 +91,25 @@ def bound(files: Files, owner: Any, definitions: Definitions, notes: list[str]) 
     """
     for binding in children(owner, "ParameterBindings", "ParameterBinding"):
         prefix = binding.get("prefix", "")
-        table = files.table(binding, "ParameterSet", owner, "ParameterValues")
+        table = _table(files, binding, owner)
         mapping = child(binding, "ParameterMapping")
         if mapping is not None:
             mapping = files.table(mapping, "ParameterMapping", owner)
-        own = {**definitions, **units(table)}
+        own = {**definitions, **units(files.path, table)}
         given = [_parameter(files.path, node, prefix, own) for node in children(table, "Parameters", "Parameter")]
         yield from given if mapping is None else _mapped(files.path, given, mapping, notes)
+
+
+def _table(files: Files, binding: Any, owner: Any) -> Any:
+    """The ``ParameterSet`` of a binding; None where it gives no values at all."""
+    known = binding.get("type", SSV_TYPE) == SSV_TYPE
+    table = files.table(binding, "ParameterSet", owner, "ParameterValues") if known else None
+    if table is None and (not known or any(node.get("value") is not None for node in binding.iter())):
+        raise InputError(
+            f"SSP {files.path}: parameter binding of {local(owner).lower()} {owner.get('name')!r} has no ParameterSet "
+            f"-- expected one inside ParameterValues, or the source of one, of type {SSV_TYPE} -- export it again"
+        )
+    return table
 
 
 def _parameter(path: Path, node: Any, prefix: str, definitions: Definitions) -> Parameter:

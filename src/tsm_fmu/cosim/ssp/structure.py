@@ -11,6 +11,7 @@ from ..conversion import Definitions, conversion
 from ..description import Description, describe
 from ..start_values import Value, article, takes_start
 from ..system import Component, Connection, System
+from .connectors import SILENT, Connector
 from .parameters import Parameter
 from .transformations import Linear, ValueMapping
 from .xml import identifier
@@ -60,14 +61,16 @@ class Structure:
     path: Path
     fmus: dict[Path_, Path] = field(default_factory=dict)
     systems: set[Path_] = field(default_factory=set)
-    connectors: dict[Node, tuple[str, Definitions]] = field(default_factory=dict)
-    kinds: dict[Node, str] = field(default_factory=dict)
-    enumerations: dict[Node, dict[str, int]] = field(default_factory=dict)
+    connectors: dict[Node, Connector] = field(default_factory=dict)
     edges: list[Edge] = field(default_factory=list)
     bindings: list[tuple[Path_, Parameter]] = field(default_factory=list)
     dictionaries: set[Path_] = field(default_factory=set)
     places: dict[Path_, Path_] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+
+    def has(self, place: Path_) -> bool:
+        """Whether an element is there."""
+        return place in self.fmus or place in self.systems or place in self.places
 
     def flat(self, name: str) -> System:
         """The flat system; names of nested components are joined by ``_``, which replaces dots and blanks too.
@@ -129,7 +132,7 @@ class Structure:
                 port = described[node[0]].ports.get(described[node[0]].elements(node[1])[0])
                 kind = "" if port is None else port.causality
             else:
-                kind = self.kinds.get(node, "")
+                kind = self._stated(node).kind
             if kind not in (*_GIVING, *_TAKING):
                 return None
             return (kind in _GIVING) != (node[0] == edge.place)
@@ -150,7 +153,7 @@ class Structure:
             chain.insert(0, before)
         source, target = chain[0].start, last.end
         addresses = (f"{names[source[0]]}.{source[1]}", f"{names[target[0]]}.{target[1]}")
-        own = [self._declared(node, described) for node in (source, target)]
+        own = [self._stated(n).unit not in ("", self._port_unit(n, described)[0]) for n in (source, target)]
         values = self._mapped_values(chain, addresses, described)
         if len(chain) == 1 and not any(own):
             return Connection(*addresses, last.linear.factor, last.linear.offset, not last.suppressed, values)
@@ -174,7 +177,7 @@ class Structure:
                         "-- correct the mapping"
                     )
             sides = [
-                self.enumerations.get(node) or ({} if port is None else described[end[0]].items(port))
+                self._stated(node).items or ({} if port is None else described[end[0]].items(port))
                 for node, end, port in zip((edge.start, edge.end), self._ends(chain), ports, strict=True)
             ]
             maps.append(edge.values.numbers(sides[0], sides[1], what))
@@ -190,11 +193,8 @@ class Structure:
     def _ends(chain: list[Edge]) -> tuple[Node, Node]:
         return chain[0].start, chain[-1].end
 
-    def _declared(self, node: Node, described: dict[Path_, Description]) -> str:
-        """Unit that a connector of a component states where it is another than that of the FMU's variable."""
-        unit = self.connectors.get(node, ("", {}))[0]
-        port = described[node[0]].ports.get(node[1])
-        return unit if unit and port is not None and port.unit not in ("", unit) else ""
+    def _stated(self, node: Node) -> Connector:
+        return self.connectors.get(node, SILENT)
 
     def _converted(
         self, chain: list[Edge], addresses: tuple[str, str], described: dict[Path_, Description]
@@ -222,8 +222,10 @@ class Structure:
 
     def _unit(self, node: Node, described: dict[Path_, Description]) -> tuple[str, Definitions]:
         """Unit of a connector: as stated, or of a component as its FMU has it."""
-        stated = self.connectors.get(node, ("", {}))
-        return stated if stated[0] or node[0] not in self.fmus else self._port_unit(node, described)
+        stated = self._stated(node)
+        if stated.unit or node[0] not in self.fmus:
+            return stated.unit, stated.definitions
+        return self._port_unit(node, described)
 
     def _port_unit(self, node: Node, described: dict[Path_, Description]) -> tuple[str, Definitions]:
         description = described[node[0]]
@@ -242,7 +244,9 @@ class Structure:
                 if port is not None and not takes_start(port):
                     self.notes.append(f"parameter {address} is left out: the FMU has {article(port.causality)} there")
                 elif port is not None:
-                    found[place][target.name] = target.of(address, port, description)
+                    found[place][target.name] = target.of(
+                        address, port, description, self._stated((place, target.name))
+                    )
                 elif owner in self.fmus:
                     found[place][target.name] = target.value  # refused by its name when the system is checked
                 else:
@@ -258,9 +262,9 @@ class Structure:
             return
         node = (owner, parameter.name)
         if node in self.connectors:
-            unit, definitions = self.connectors[node]
-            if not parameter.unit and unit:
-                parameter = replace(parameter, unit=unit, definitions=definitions)
+            stated = self.connectors[node]
+            if not parameter.unit and stated.unit:
+                parameter = replace(parameter, unit=stated.unit, definitions=stated.definitions)
             for edge in self.edges:
                 if edge.start == node:
                     onward = replace(

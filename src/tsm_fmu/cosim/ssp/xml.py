@@ -18,6 +18,7 @@ ANNOTATION = "tsm-fmu.experiment"
 FMU_TYPE = "application/x-fmu-sharedlibrary"
 SSD_TYPE = "application/x-ssp-definition"
 SSP_TYPE = "application/x-ssp-package"
+SSV_TYPE = "application/x-ssp-parameter-set"
 MAIN = "SystemStructure.ssd"
 VERSIONS = ("1.0", "2.0")
 

@@ -1,0 +1,178 @@
+"""What other tools write into their SSPs: taken for what it means, passed over, or named in one line."""
+
+import re
+
+import numpy as np
+import pytest
+
+from tests.cosim.test_ssp_values import archive, element, link, run
+from tsm_fmu import InputError
+from tsm_fmu.cosim.ssp import open_ssp
+
+UNITS = """<ssd:Units><ssc:Unit name="our_m"><ssc:BaseUnit m="1.0"/></ssc:Unit>
+<ssc:Unit name="our_cm"><ssc:BaseUnit m="1" kg="0" factor="0.01" offset="0.0"/></ssc:Unit></ssd:Units>"""
+
+
+def with_(component, *connectors, more=""):
+    """The component with connectors of it (name, kind, unit)."""
+    inside = "".join(
+        f'<ssd:Connector name="{n}" kind="{k}"><ssc:Real unit="{u}"/></ssd:Connector>' for n, k, u in connectors
+    )
+    begin, _, rest = component.partition(">")
+    return f"{begin} {more}><ssd:Connectors>{inside}</ssd:Connectors>{rest}"
+
+
+def refused(path, message):
+    with pytest.raises(InputError, match=re.escape(message)) as caught:
+        run(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("nested", [False, True])
+def test_units_that_only_connectors_state_count(foreign, tmp_path, nested):
+    """Model.CONNECT's way: no FMU here declares a unit. x in m goes to u in cm, then 3 u + 0.5 in cm."""
+    fmus = [foreign["integrator"], foreign["gain"]]
+    x = with_(element("x", fmus[0], x_0=0.4, u=0.9), ("x", "output", "our_m"))
+    g = with_(element("g", fmus[1], k=1.0, u_2=0.0), ("u", "input", "our_cm"))
+    factor = '<ssc:LinearTransformation factor="3" offset="0.5"/>'
+    elements, links = [x, g], [link("x.x", "g.u", factor)]
+    if nested:
+        own = '<ssd:Connectors><ssd:Connector name="in" kind="input"/></ssd:Connectors>'
+        law = f'<ssd:System name="law">{own}<ssd:Elements>{g}'
+        elements[1] = f"{law}</ssd:Elements><ssd:Connections>{link('in', 'g.u', factor)}</ssd:Connections></ssd:System>"
+        links = [link("x.x", "law.in")]
+    found = run(archive(tmp_path, fmus, elements, links, UNITS)).columns
+    assert found["law_g.y" if nested else "g.y"][1:] == pytest.approx(3.0 * 100.0 * found["x.x"][:-1] + 0.5, rel=1e-13)
+    assert np.ptp(found["x.x"]) > 0.05
+
+
+def test_a_parameter_is_in_the_unit_of_its_connector_unless_it_states_one(foreign, tmp_path):
+    """The FMU's angle is in deg; the gain's k has no unit there."""
+    fmus = [foreign["units"], foreign["gain"]]
+    angle = with_(element("p", fmus[0], angle=0.3), ("angle", "input", "rad"))
+    length = with_(element("g", fmus[1], k=0.0), ("k", "parameter", "our_cm")).replace(
+        'value="0.0"', 'value="1.7" unit="our_m"'
+    )
+    with open_ssp(archive(tmp_path, fmus, [angle, length], [], UNITS)) as cases:
+        p, g = (dict(component.parameters) for component in cases["theirs"][0].components)
+    assert float(p["angle"]) == pytest.approx(np.degrees(0.3), rel=1e-14)
+    assert float(g["k"]) == pytest.approx(170.0, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"0.01"', '"much"', "'much' -- expected a number -- export it again"),
+        ('m="1.0"', 'm="1.5"', "unit 'our_m' has the exponent 1.5 of m -- expected a whole number"),
+    ],
+)
+def test_a_unit_table_with_what_is_no_number_is_named(foreign, tmp_path, old, new, message):
+    refused(archive(tmp_path, [foreign["gain"]], [element("g", foreign["gain"])], [], UNITS.replace(old, new)), message)
+
+
+@pytest.mark.parametrize("proxy", ["proxy-fmu", "proxyfmu"])
+def test_an_fmu_that_asks_for_a_process_of_its_own_is_that_fmu(foreign, tmp_path, proxy):
+    """As libcosim and ecos write it; one on another machine is not there."""
+    fmu = foreign["gain"]
+    each = element("g", fmu, k=-1.3, u=0.7)
+    local, remote = (each.replace('source="', f'source="{proxy}://{host}?file=') for host in ("localhost", "far:9090"))
+    assert run(archive(tmp_path, [fmu], [local], [])).columns["g.y"] == pytest.approx(-1.3 * 0.7)
+    refused(archive(tmp_path, [fmu], [remote], []), f"component 'g' with source '{proxy}://far:9090?file=Gain.fmu' -- ")
+
+
+def test_items_that_only_the_description_names_set_an_integer(foreign, tmp_path):
+    fmu = foreign["typed"]
+    kind = '<ssd:Connector name="n" kind="input"><ssc:Enumeration name="Gear"/></ssd:Connector>'
+    typed = element("t", fmu, n=0).replace('<ssv:Integer value="0"/>', '<ssv:Enumeration value="third" name="Gear"/>')
+    begin, _, rest = typed.partition(">")
+    gears = '<ssc:Enumeration name="Gear"><ssc:Item name="third" value="7"/></ssc:Enumeration>'
+    gears = f"<ssd:Enumerations>{gears}</ssd:Enumerations>"
+    assert (
+        run(archive(tmp_path, [fmu], [f"{begin}><ssd:Connectors>{kind}</ssd:Connectors>{rest}"], [], gears))
+        .columns["t.n_next"]
+        .tolist()[1:]
+        == [8] * 8
+    )
+    refused(archive(tmp_path, [fmu], [typed], [], gears), "start value t.n = 'third' -- expected an integer")
+
+
+BINDING = "<ssd:ParameterBindings><ssd:ParameterBinding {}>{}</ssd:ParameterBinding></ssd:ParameterBindings>"
+NO_SET = "parameter binding of component 'g' has no ParameterSet -- expected one inside ParameterValues, or the source"
+MISPLACED = '<ssd:ParameterSet><ssd:Parameter name="k"><ssd:Real value="1.5"/></ssd:Parameter></ssd:ParameterSet>'
+TLM = """<ssd:Annotations><ssc:Annotation type="t"><oms:Connections xmlns:oms="o"><oms:Connection delay="0.001"
+linearimpedance="100"/></oms:Connections></ssc:Annotation></ssd:Annotations>"""
+
+
+@pytest.mark.parametrize(
+    ("inside", "links", "message"),
+    [
+        ("", [link("x.x", "h.u")], "connection x.x -> h.u: there is no element 'h' -- expected one of its system"),
+        ("", [link("h.y", "x.u")], "connection h.y -> x.u: there is no element 'h' -- expected one of its system"),
+        ("", [link("x.bus", "g.bus")], "source 'x.bus' of a connection: Integrator.fmu has no variable 'bus'"),
+        ("", [link("x.x", "g.y")], "connection x.x -> g.y goes from an output to an output -- expected"),
+        (BINDING.format("", MISPLACED), [], NO_SET),
+        (BINDING.format('type="text/csv" source="Gain.fmu"', ""), [], NO_SET),
+        (BINDING.format("", ""), [], None),
+        ("</ssd:Component><ssd:System name='x'/><ssd:Component>", [], "the element 'x' is there twice -- expected"),
+        (f"</ssd:Component><ssd:System name='t'>{TLM}</ssd:System><ssd:Component>", [], "system 't' has transmission"),
+    ],
+)  # fmt: skip
+def test_what_means_nothing_here_is_named(foreign, tmp_path, inside, links, message):
+    fmus = [foreign["integrator"], foreign["gain"]]
+    begin, _, _ = element("g", fmus[1]).partition(">")
+    both = f"{element('x', fmus[0])}{begin}>{inside}</ssd:Component>".replace("<ssd:Component></ssd:Component>", "")
+    path = archive(tmp_path, fmus, [both], links)
+    if message is None:
+        run(path)
+    else:
+        refused(path, message)
+
+
+def test_what_another_tool_adds_and_this_one_leaves_out_is_said(foreign, tmp_path):
+    fmus = [foreign["integrator"], foreign["gain"]]
+    port = '<ssc:Annotation type="com.avl"><mc:Port xmlns:mc="a"><mc:Real default="3.0"/></mc:Port></ssc:Annotation>'
+    own = f'<ssd:Connector name="u_2" kind="input"><ssd:Annotations>{port}</ssd:Annotations></ssd:Connector>'
+    g = with_(element("g", fmus[1])).replace("</ssd:Connectors>", f"{own}</ssd:Connectors>")
+    path = archive(tmp_path, fmus, [element("x", fmus[0]), g], [link("x.x", "g.u", more='information_delay="0.02"')])
+    with open_ssp(path) as cases:
+        assert cases["theirs"][0].notes[:2] == (
+            "another tool's start value of g.u_2 in an annotation is not read",
+            "connection x.x -> g.u: the delay of 0.02 s that ssp4sim adds is left out",
+        )
+
+
+# as Dymola, easySSP and SSP 2.0 have it: nothing of this is a value
+AROUND = """<ssc:MetaData kind="quality" type="application/x-srmd-meta-data">
+<ssc:Content><Parameters/></ssc:Content>
+<ssc:Signature role="authenticity" type="t"><ssc:Content/></ssc:Signature></ssc:MetaData>"""
+BESIDE = f"""<ssd:GraphicalElements><ssd:Note x1="0" y1="0" x2="1" y2="1" text="x.x"/></ssd:GraphicalElements>
+<ssd:SystemGeometry x1="-359.5" y1="-383.0" x2="710.0" y2="198.0"/>{AROUND}
+<ssd:Annotations><ssc:Annotation type="com.3ds.ssp"><smmd:Data xmlns:smmd="d">
+<UserAnnotation key="step" value="7"/></smmd:Data></ssc:Annotation></ssd:Annotations>"""
+CONNECTORS = """<ssd:Connectors><ssd:Connector name="k" kind="parameter" description="k = k"><ssc:Binary
+mime-type="text/x-modelica; path=Modelica.Units.SI.Time"/></ssd:Connector><ssd:Connector name="u" kind="input">
+<ssc:Real unit=""/><ssd:ConnectorGeometry x="0.0" y="0.5"/></ssd:Connector><ssd:Connector name="y" kind="inout">
+<ssc:Float64/><ssc:Dimension size="1"/></ssd:Connector><ssd:Connector name="tick" kind="input"><ssc:Clock/>
+</ssd:Connector>
+<ssd:Connector name="not_there" kind="local"/></ssd:Connectors>
+<ssd:ElementGeometry x1="-92" x2="-72" y1="10" y2="30" iconFlip="false"/>"""
+
+
+def test_pictures_notes_and_types_change_nothing(foreign, tmp_path):
+    fmus = [foreign["integrator"], foreign["gain"]]
+    elements = [element("x", fmus[0], x_0=0.4), element("g", fmus[1], k=-1.9, u_2=0.3)]
+    links = [link("x.x", "g.u"), link("g.y", "x.u")]
+    plain = run(archive(tmp_path, fmus, elements, links)).columns
+    begin, _, rest = elements[1].partition(">")
+    rest = rest.replace("</ssv:Parameters>", f"</ssv:Parameters>{AROUND}")
+    elements[1] = f"{begin} implementation='CoSimulation' id='e7'>{CONNECTORS}{rest}"
+    around = "<ssd:ConnectionGeometry pointsX='-2 7.6' pointsY='20 20'/>"
+    links[0] = link("x.x", "g.u", around, "suppressUnitConversion='false' description=''")
+    inside = "<ssd:Connectors><ssd:Connector name='seen' kind='output'/></ssd:Connectors>"
+    links.append("<ssd:Connection startElement='g' startConnector='y' endElement='' endConnector='seen'/>")
+    path = archive(tmp_path, fmus, elements, links, AROUND, inside + BESIDE, name="rich.ssp")
+    with open_ssp(path) as cases:
+        assert cases["theirs"][0].notes == ()
+    rich = run(path).columns
+    assert {name: values.tolist() for name, values in rich.items()} == {n: v.tolist() for n, v in plain.items()}
+    assert np.ptp(plain["x.x"]) > 0.01
