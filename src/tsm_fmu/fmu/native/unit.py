@@ -90,7 +90,7 @@ class Unit:
             self._records[kind.cls] = name
         if isinstance(kind, Record | Array | Mixed) and kind not in self.types:
             self.types.append(kind)
-        return type_name(kind, arithmetic, self._records)
+        return self._name_in(arithmetic, kind)
 
     def nothing(self, kind: Type, arithmetic: Arithmetic) -> None:
         """Have a constant of zeros of a struct type: what a failing function returns."""
@@ -112,6 +112,9 @@ class Unit:
         return of_hint(_annotations(text.function).get(name))
 
     # -- names
+
+    def _name_in(self, arithmetic: Arithmetic, kind: Type) -> str:
+        return type_name(kind, arithmetic, self._records)
 
     def _module_of(self, function: FunctionType) -> ModuleType:
         if function.__globals__ is self.module.__dict__:
@@ -135,8 +138,9 @@ class Unit:
         """Constants, struct types beside those of ``model.h``, and prototypes."""
         lines = [f"static const {_constant(n, x)};" for n, x in self.constants.items()]
         lines += [""] if lines else []
-        main = [] if self.arithmetic.suffix else [Record(getattr(self.module, name)) for name in MAIN]
-        known = {*main, *(kind for record in main for kind in record.fields.values())}
+        main = [Record(getattr(self.module, name)) for name in MAIN]
+        declared = {*main, *(kind for record in main for kind in record.fields.values())}
+        known = {k for k in declared if self._name_in(self.arithmetic, k) == self._name_in(Plain(), k)}
         for kind in self.types:
             if kind not in known:
                 lines += [*self.struct(kind), ""]
