@@ -7,7 +7,10 @@ import pytest
 
 from tests.cosim.test_ssp_values import archive, element, link, run
 from tsm_fmu import InputError
+from tsm_fmu.cosim.description import describe
 from tsm_fmu.cosim.ssp import open_ssp
+from tsm_fmu.cosim.ssp.connectors import Connector
+from tsm_fmu.cosim.ssp.parameters import Parameter
 
 UNITS = """<ssd:Units><ssc:Unit name="our_m"><ssc:BaseUnit m="1.0"/></ssc:Unit>
 <ssc:Unit name="our_cm"><ssc:BaseUnit m="1" kg="0" factor="0.01" offset="0.0"/></ssc:Unit></ssd:Units>"""
@@ -176,3 +179,48 @@ def test_pictures_notes_and_types_change_nothing(foreign, tmp_path):
     rich = run(path).columns
     assert {name: values.tolist() for name, values in rich.items()} == {n: v.tolist() for n, v in plain.items()}
     assert np.ptp(plain["x.x"]) > 0.01
+
+
+def test_values_for_variables_that_nobody_has_are_left_out_and_said(foreign, tmp_path):
+    """SSP 1.0 and 2.0, Parameters: a set need not fit; one file may serve many components."""
+    fmu = foreign["gain"]
+    own = element("g", fmu, k=2.0, stiffness=3.0, mass=0.7)
+    everywhere = element("", fmu, **{"g.k": 4.0, "h.k": 1.0}).partition(">")[2].removesuffix("</ssd:Component>")
+    with open_ssp(archive(tmp_path, [fmu], [own], [], inside=everywhere)) as cases:
+        system, _ = cases["theirs"]
+    assert system.components[0].parameters == {"k": "4.0", "u": "0", "u_2": "0"}
+    assert system.notes[:2] == ("no variable of g for: stiffness, mass", "no variable of the system for: h.k")
+
+
+def test_one_system_of_a_description_is_there_as_often_as_it_is_named(foreign, tmp_path):
+    """SSP 2.0, Component: ``source="#id"``; each with its own parameters."""
+    fmus = [foreign["integrator"], foreign["gain"]]
+    connectors = '<ssd:Connectors><ssd:Connector name="in" kind="input"/><ssd:Connector name="out" kind="output"/>'
+    inner = [link("in", "g.u"), link("g.y", "out")]
+    law = (
+        f'<ssd:System name="one" id="law">{connectors}</ssd:Connectors><ssd:Elements>{element("g", fmus[1], k=-1.9)}'
+        f"</ssd:Elements><ssd:Connections>{''.join(inner)}</ssd:Connections></ssd:System>"
+    )
+    two = element("two", fmus[1], **{"g.k": 0.7}).replace(
+        'source="Gain.fmu"', 'source="#law" type="application/x-ssp-definition"'
+    )
+    elements = [law, two, element("x", fmus[0], x_0=0.4)]
+    links = [link("x.x", "one.in"), link("one.out", "two.in"), link("two.out", "x.u")]
+    x = run(archive(tmp_path, fmus, elements, links), 0.04).columns["x.x"]
+    state = [0.4]
+    for k in range(4):  # all values exchanged at once: what comes through two gains is two steps old
+        state.append(state[-1] - 1.9 * 0.7 * 0.01 * state[max(k - 2, 0)])
+    assert x == pytest.approx(state, rel=1e-13)
+    gone = archive(tmp_path, fmus, [law, two.replace("#law", "#lawn"), elements[2]], links)
+    refused(gone, "component 'two' with source '#lawn' -- expected the id of a System of its description")
+
+
+def test_texts_and_items_may_be_elements_of_their_own(foreign, tmp_path):
+    """SSP 2.0, String and Enumeration."""
+    fmu = foreign["typed"]
+    own = element("t", fmu, text="a").replace('value="a"/>', "><ssv:Value value='two words'/></ssv:String>")
+    assert run(archive(tmp_path, [fmu], [own], [])).columns["t.letters"].tolist()[1:] == [9] * 8
+    description, gears = describe(fmu), Connector(items={"no gear": 0, "low": 1, "high": 4})
+    for written, number in (("no gear", "0"), ("high low high 7", "4 1 4 7")):
+        parameter = Parameter("n", written, "", {})
+        assert parameter.of("t.n", description.ports["n"], description, gears) == number

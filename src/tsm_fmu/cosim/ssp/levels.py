@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from ...models.contract import InputError
@@ -57,9 +56,8 @@ def _read_system(found: Structure, files: Files, node: Any, place: Path_, within
         if kind == "System":
             _read_system(found, files, element, inner, within)
         elif kind == "Component" and element.get("type") in (SSD_TYPE, SSP_TYPE):
-            own, file = _nested(files, element, inner)
-            root = parse(found.path, file, "SystemStructureDescription")
-            _read_system(found, own, child(root, "System"), inner, scope(files.path, root))
+            own, system, defined = _nested(files, element, inner, within)
+            _read_system(found, own, system, inner, defined)
             found.bindings += [(inner, p) for p in bound(files, element, within.units, found.notes)]
         elif kind == "Component":
             _read_component(found, files, element, inner, within)
@@ -69,15 +67,26 @@ def _read_system(found: Structure, files: Files, node: Any, place: Path_, within
         _read_connection(found, connection, place)
 
 
-def _nested(files: Files, element: Any, place: Path_) -> tuple[Files, Path]:
-    """A component that is a system: its description, and the files as that sees them."""
+def _nested(files: Files, element: Any, place: Path_, within: Scope) -> tuple[Files, Any, Scope]:
+    """A component that is a system: the files as that sees them, its element, and what its file defines."""
+    what = f"component {'.'.join(place)!r} with"
+    source, _, part = (element.get("source") or "").partition("#")
+    if not source and part:  # a system of this description, by its id
+        system = next((n for n in element.getroottree().iter() if local(n) == "System" and n.get("id") == part), None)
+        if system is None:
+            raise InputError(
+                f"SSP {files.path}: {what} source '#{part}' -- expected the id of a System of its description -- "
+                "export it again"
+            )
+        return files, system, within
     if element.get("type") == SSD_TYPE:
-        file = _file(files, element, place)
-        return files.beside(file), file
-    source, _, description = (element.get("source") or "").partition("#")
-    package = files.named(source, f"component {'.'.join(place)!r} with source", "an SSP inside the archive")
-    inside = files.inside(package)
-    return inside, inside.named(description or MAIN, f"component {'.'.join(place)!r} with description")
+        file = files.named(source, f"{what} source", "a description inside the archive")
+        own = files.beside(file)
+    else:
+        own = files.inside(files.named(source, f"{what} source", "an SSP inside the archive"))
+        file = own.named(part or MAIN, f"{what} description")
+    root = parse(files.path, file, "SystemStructureDescription")
+    return own, child(root, "System"), scope(files.path, root)
 
 
 def _read_connectors(found: Structure, node: Any, place: Path_, within: Scope) -> None:
@@ -117,11 +126,6 @@ def _dictionary(found: Structure, element: Any, place: Path_) -> Path_:
     )
 
 
-def _file(files: Files, element: Any, place: Path_) -> Path:
-    what = f"component {'.'.join(place)!r} with source"
-    return files.named(element.get("source") or "", what, "an FMU inside the archive")
-
-
 def _read_component(found: Structure, files: Files, element: Any, place: Path_, within: Scope) -> None:
     if element.get("type", FMU_TYPE) != FMU_TYPE:
         raise InputError(
@@ -131,7 +135,8 @@ def _read_component(found: Structure, files: Files, element: Any, place: Path_, 
     wanted = element.get("implementation", "any")
     if wanted not in ("any", "CoSimulation"):
         found.notes.append(f"component {'.'.join(place)} is meant for {wanted}: its co-simulation runs instead")
-    found.fmus[place] = _file(files, element, place)
+    what = f"component {'.'.join(place)!r} with source"
+    found.fmus[place] = files.named(element.get("source") or "", what, "an FMU inside the archive")
     _read_connectors(found, element, place, within)
     found.bindings += [(place, p) for p in bound(files, element, within.units, found.notes)]
 

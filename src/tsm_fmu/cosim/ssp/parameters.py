@@ -50,7 +50,9 @@ class Parameter:
             If its unit measures something else.
         """
         if port.kind == "Integer":
-            return str({**connector.items, **description.items(port)}.get(self.value, self.value))
+            items = {**connector.items, **description.items(port)}
+            texts = [self.value] if self.value in items else self.value.split()
+            return " ".join(str(items.get(text, text)) for text in texts)
         if port.kind != "Real":
             return self.value
         text = f"parameter {address} goes from"
@@ -113,13 +115,19 @@ def _table(files: Files, binding: Any, owner: Any) -> Any:
 
 
 def _parameter(path: Path, node: Any, prefix: str, definitions: Definitions) -> Parameter:
-    typed = next((c for c in node if c.get("value") is not None), None)
+    typed, value = next(((c, text) for c in node if (text := _written(c)) is not None), (None, ""))
     if typed is None or not node.get("name"):
         raise InputError(
             f"SSP {path}: parameter {node.get('name')!r} -- expected a name and a value -- export it again"
         )
     unit = typed.get("unit", "") if local(typed) in ("Real", "Float64", "Float32") else ""
-    return Parameter(prefix + node.get("name"), typed.get("value"), unit, definitions)
+    return Parameter(prefix + node.get("name"), value, unit, definitions)
+
+
+def _written(typed: Any) -> str | None:
+    """The value of an element; of an array of texts (SSP 2.0) it holds them as elements of its own."""
+    each = [value.get("value") or value.text or "" for value in children(typed, "Value")]
+    return " ".join(each) if each else typed.get("value")
 
 
 def _mapped(path: Path, given: list[Parameter], mapping: Any, notes: list[str]) -> Iterator[Parameter]:

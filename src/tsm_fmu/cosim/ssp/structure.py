@@ -235,6 +235,7 @@ class Structure:
     def _values(self, described: dict[Path_, Description]) -> dict[Path_, dict[str, Value]]:
         """Start values by component; those of outer systems replace those of inner ones."""
         found: dict[Path_, dict[str, Value]] = {place: {} for place in self.fmus}
+        unfit: dict[Path_, list[str]] = {}
         for owner, parameter in sorted(self.bindings, key=lambda b: -len(b[0])):
             reached = list(self._reached(owner, parameter))
             for place, target in reached:
@@ -244,15 +245,14 @@ class Structure:
                 if port is not None and not takes_start(port):
                     self.notes.append(f"parameter {address} is left out: the FMU has {article(port.causality)} there")
                 elif port is not None:
-                    found[place][target.name] = target.of(
-                        address, port, description, self._stated((place, target.name))
-                    )
-                elif owner in self.fmus:
-                    found[place][target.name] = target.value  # refused by its name when the system is checked
+                    stated = self._stated((place, target.name))
+                    found[place][target.name] = target.of(address, port, description, stated)
                 else:
                     reached = []
             if not reached:
-                self.notes.append(f"parameter {parameter.name} of {'.'.join(owner) or 'the system'} fits no variable")
+                unfit.setdefault(owner, []).append(parameter.name)
+        for owner, names in unfit.items():
+            self.notes.append(f"no variable of {'.'.join(owner) or 'the system'} for: {', '.join(names)}")
         return found
 
     def _reached(self, owner: Path_, parameter: Parameter) -> Iterator[tuple[Path_, Parameter]]:
