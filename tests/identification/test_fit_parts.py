@@ -1,4 +1,4 @@
-"""Parts of a fit's result: errors of one run's own values, weights, intervals that were not reached, whose zeros count."""
+"""Parts of a fit: errors of one run alone, weights, intervals that were not reached, whose zeros count."""
 
 from __future__ import annotations
 
