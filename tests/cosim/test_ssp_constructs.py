@@ -73,12 +73,14 @@ def test_a_unit_table_with_what_is_no_number_is_named(foreign, tmp_path, old, ne
     refused(archive(tmp_path, [foreign["gain"]], [element("g", foreign["gain"])], [], UNITS.replace(old, new)), message)
 
 
-@pytest.mark.parametrize("proxy", ["proxy-fmu", "proxyfmu"])
-def test_an_fmu_that_asks_for_a_process_of_its_own_is_that_fmu(foreign, tmp_path, proxy):
+@pytest.mark.parametrize(("proxy", "port"), [("proxy-fmu", ""), ("proxyfmu", ""), ("fmu-proxy", ":9090")])
+def test_an_fmu_that_asks_for_a_process_of_its_own_is_that_fmu(foreign, tmp_path, proxy, port):
     """As libcosim and ecos write it; one on another machine is not there."""
     fmu = foreign["gain"]
     each = element("g", fmu, k=-1.3, u=0.7)
-    local, remote = (each.replace('source="', f'source="{proxy}://{host}?file=') for host in ("localhost", "far:9090"))
+    local, remote = (
+        each.replace('source="', f'source="{proxy}://{host}?file=') for host in (f"localhost{port}", "far:9090")
+    )
     assert run(archive(tmp_path, [fmu], [local], [])).columns["g.y"] == pytest.approx(-1.3 * 0.7)
     refused(archive(tmp_path, [fmu], [remote], []), f"component 'g' with source '{proxy}://far:9090?file=Gain.fmu' -- ")
 
@@ -224,3 +226,18 @@ def test_texts_and_items_may_be_elements_of_their_own(foreign, tmp_path):
     for written, number in (("no gear", "0"), ("high low high 7", "4 1 4 7")):
         parameter = Parameter("n", written, "", {})
         assert parameter.of("t.n", description.ports["n"], description, gears) == number
+
+
+def test_an_experiment_without_an_end_takes_a_second(foreign, tmp_path):
+    """The quarter truck of ecos begins at 10 s."""
+    begin = '<ssd:DefaultExperiment startTime="10"/>'
+    with open_ssp(archive(tmp_path, [foreign["gain"]], [element("g", foreign["gain"])], [], begin)) as cases:
+        experiment = cases["theirs"][1]
+    assert (experiment.start, experiment.stop) == (10.0, 11.0)
+
+
+@pytest.mark.parametrize("kinds", ["kinds_2", "kinds_3"])
+def test_an_output_with_a_start_value_of_its_own_takes_another(in_c, tmp_path, kinds):
+    """States of other tools (``initial="exact"``): the ball's height, x0 of Van der Pol's oscillator."""
+    found = run(archive(tmp_path, [in_c[kinds]], [element("k", in_c[kinds], speed=-1.25, load=0.5)], [])).columns
+    assert found["k.speed"] == pytest.approx(-1.25 + 0.01 * (1.0 + 0.37 * 0.5) * np.arange(9), rel=1e-13)

@@ -54,6 +54,8 @@ class Port:
         Start value as written.
     array : str
         Name of the array that this is an element of; empty for a scalar.
+    initial : str
+        Whether an output has a start value: exact, approx or calculated.
     """
 
     name: str
@@ -65,6 +67,7 @@ class Port:
     reference: int
     start: str | None
     array: str = ""
+    initial: str = ""
 
 
 @dataclass(frozen=True)
@@ -164,13 +167,13 @@ def _ports(variable: Any) -> list[Port]:
     unit = v.unit or (v.declaredType.unit if v.declaredType is not None else None) or ""
     common = (v.type, KINDS[v.type], v.causality or "local", v.variability or "", unit, v.valueReference)
     if not v.dimensions:
-        return [Port(v.name, *common, v.start)]
+        return [Port(v.name, *common, v.start, initial=v.initial or "")]
     starts = [v.start] if v.start is None or KINDS[v.type] == "String" else str(v.start).split()
     if len(starts) != _size(v):  # one value for all elements
         starts = starts[:1] * _size(v)
     indices = product(*(range(1, n + 1) for n in v.shape))
     return [
-        Port(f"{v.name}[{','.join(map(str, index))}]", *common, start, v.name)
+        Port(f"{v.name}[{','.join(map(str, index))}]", *common, start, v.name, v.initial or "")
         for index, start in zip(indices, starts, strict=True)
     ]
 

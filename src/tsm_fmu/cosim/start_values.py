@@ -56,7 +56,9 @@ def _start_value(component: str, description: Description, name: str, value: Val
 
 def takes_start(port: Port) -> bool:
     """Whether a user may give it a start value: not what the FMU computes, nor a constant."""
-    return port.causality not in ("output", "independent", "calculatedParameter") and port.variability != "constant"
+    if port.causality == "output" and port.initial not in ("exact", "approx"):
+        return False
+    return port.causality not in ("independent", "calculatedParameter") and port.variability != "constant"
 
 
 def unknown_variable(component: str, description: Description, name: str) -> InputError:

@@ -14,7 +14,7 @@ fmi3Status fmi3Terminate(fmi3Instance c) { return fmi3OK; }
 #define EACH(get) for (size_t i = 0; i < n; i++) get; return fmi3OK;
 #define OF(type) fmi3Instance c, const fmi3ValueReference r[], size_t n, type v[], size_t nv
 fmi3Status fmi3GetFloat64(OF(fmi3Float64)) { EACH(v[i] = r[i] == 2 ? K->speed : K->rate) }
-fmi3Status fmi3SetFloat64(OF(const fmi3Float64)) { EACH(K->rate = v[i]) }
+fmi3Status fmi3SetFloat64(OF(const fmi3Float64)) { EACH(*(r[i] == 2 ? &K->speed : &K->rate) = v[i]) }
 fmi3Status fmi3GetFloat32(OF(fmi3Float32)) { EACH(v[i] = (fmi3Float32)K->load) }
 fmi3Status fmi3SetFloat32(OF(const fmi3Float32)) { EACH(K->load = v[i]) }
 fmi3Status fmi3GetInt16(OF(fmi3Int16)) { EACH(v[i] = (fmi3Int16)K->ask) }

@@ -13,7 +13,7 @@ from ...models.contract import InputError
 from ..unpack import opened, unpacked
 from .xml import child, local, parse
 
-_PROXY = re.compile(r"proxy-?fmu://localhost\?file=")
+_PROXY = re.compile(r"(proxy-?fmu|fmu-proxy)://localhost(:\d+)?\?file=")
 """How libcosim and ecos ask for a process of its own, which other people's FMUs have here anyway."""
 
 

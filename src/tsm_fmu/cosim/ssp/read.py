@@ -69,7 +69,9 @@ def _experiment(path: Path, root: Any, system: System) -> Experiment:
     written: dict[str, str] = {}
     for note in notes:
         written |= dict(getattr(child(note, "experiment"), "attrib", {}))
-    values: dict[str, Any] = {"start": times.get("startTime", "0"), "stop": times.get("stopTime", "1"), **written}
+    start = times.get("startTime", "0")
+    stop = times.get("stopTime") or repr(number(path, start) + 1.0)
+    values: dict[str, Any] = {"start": start, "stop": stop, **written}
     hints = _hints(path, root)
     proposed = _step_of_others(root) or times.get("stepSize") or (repr(min(hints.values())) if hints else "")
     values.setdefault("step", proposed or _suggested_step(system))
