@@ -23,7 +23,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def fmu(tmp_path_factory) -> Path:
-    return build_fmu(kernel(NAME), tmp_path_factory.mktemp("build"))
+    return build_fmu(kernel=kernel(NAME), out=tmp_path_factory.mktemp("build"))
 
 
 def files_of(path: Path) -> dict[str, bytes]:

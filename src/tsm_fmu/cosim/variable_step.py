@@ -172,7 +172,7 @@ class VariableStep:
     def _error(self, begin: Array, whole: Array, end: Array) -> float:
         size = np.maximum.reduce([self._largest, np.abs(begin), np.abs(end)])
         error = np.abs(end - whole)
-        relative = np.divide(error, self._tolerance * size, out=np.zeros_like(error), where=size > 0.0)
+        relative = np.divide(error, self._tolerance * size, out=np.zeros_like(error), where=size != 0.0)
         found = float(np.max(relative[self._counted], initial=0.0))
         return found if math.isfinite(found) else math.inf
 
