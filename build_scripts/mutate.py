@@ -264,10 +264,12 @@ class Covered:
     def tests_of(self, copy: Path, mutant: Mutant) -> tuple[list[str], float]:
         """Tests that run a mutant's statement, cheapest first, as many as the budget allows, and their duration [s]."""
         text = (copy / mutant.file).read_text(encoding="utf-8")
-        statement = _statement(ast.parse(text), mutant.line)
-        tests = self._running(mutant.file, range(statement[0], statement[1] + 1))
-        if not tests and any(n in self.lines.get(str(mutant.file), {}) for n in range(statement[0], statement[1] + 1)):
-            tests = self._importing(copy, mutant.file, text, statement)
+        tree = ast.parse(text)
+        statement = _statement(tree, mutant.line)
+        lines = range(statement[0], statement[1] + 1)
+        tests = self._running(mutant.file, lines)
+        if any(n in self.lines.get(str(mutant.file), {}) for n in lines) and (not tests or _at_import(tree, lines[0])):
+            tests |= self._importing(copy, mutant.file, text, statement)  # one that imports it is not all that use it
         if not tests:
             tests = set(named_after(mutant.file, self.seconds))
         chosen, seconds = [], 0.0
@@ -318,6 +320,12 @@ def _statement(tree: ast.AST, line: int) -> tuple[int, int]:
             last = max(node.lineno, body[0].lineno - 1) if body else node.end_lineno or line
             best = (node.lineno, last) if line <= last else best
     return best
+
+
+def _at_import(tree: ast.AST, line: int) -> bool:
+    """Whether a line runs as its file is imported: it is in no function."""
+    functions = (n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef))
+    return not any(f.body[0].lineno <= line <= (f.end_lineno or line) for f in functions)
 
 
 def _measure(copy: Path, tests: str, kept: Path) -> int:

@@ -80,3 +80,7 @@ def test_tests_of_a_line_are_those_that_run_it_cheapest_first_within_the_budget(
     assert asked(10) == ["t::c", "t::a"]  # and d is too dear
     assert asked(2) == ["t::c", "t::a"]  # a constant: who runs a line with its name
     assert asked(5) == ["t::c", "t::b", "t::a"]  # a default: who runs the function
+    for line in (2, 5):
+        covered.lines["f.py"][line] = ["t::e"]  # which imports the file: others use it too
+    assert asked(2) == ["t::e", "t::c", "t::a"]
+    assert asked(5) == ["t::e", "t::c", "t::b", "t::a"]

@@ -8,6 +8,7 @@ from types import ModuleType
 import pytest
 
 from tsm_fmu.fmu.native.arithmetic import Dual, Plain
+from tsm_fmu.fmu.native.conditions import Conditions
 from tsm_fmu.fmu.native.source import source
 from tsm_fmu.fmu.native.types import C_WORDS, FLOAT, INT, Array, Mixed, Record, c_variable, items_of, member, members
 from tsm_fmu.fmu.native.unit import Unit, units
@@ -188,6 +189,10 @@ STATEMENTS = (
      ["double x = 1.0;", "if (u->u > 0.0) {", "    x = 2.0;", "} else if (s->x > 0.0) {", "} else {",
       "    const bool value_1 = checked_div(1.0, s->x, fault) > 2.0;", f"    {CHECK}", "    if (value_1) {",
       "        x = 4.0;", "    } else {", "        x = 5.0;", "    }", "}"]),
+    ("x = 1.0\nif u.u > 0.0:\n    x = 2.0\nelif (*sorted_pair(u.u, s.x), dt)[1] > 2.0:\n    x = 4.0",
+     ["double x = 1.0;", "if (u->u > 0.0) {", "    x = 2.0;", "} else {",
+      "    const Pair value_2 = sorted_pair(u->u, s->x);", "    if (value_2.right > 2.0) {", "        x = 4.0;",
+      "    }", "}"]),
     ("x = 1.0\nwhile x < 5.0:\n    x *= 2.0\nwhile 8.0 / x > 1.0:\n    x *= 2.0\nwhile True:\n    break",
      ["double x = 1.0;", "while (x < 5.0) {", "    x *= 2.0;", "}", "for (;;) {",
       "    const bool value_1 = checked_div(8.0, x, fault) > 1.0;", f"    {CHECK}", "    if (!(value_1)) break;",
@@ -310,6 +315,45 @@ def test_functions_stand_by_their_lines_with_the_first_words_of_their_text(named
     assert "    hidden_(&(" not in text  # a struct that has no place of its own is put into an array of one
     assert "hidden_((TriedOutFault[1]){(TriedOutFault){RATE_, (double)COUNT}})" in text
     assert "/* Twice" not in "\n".join(dual.functions())
+
+
+CONDITIONED = NAMED.replace(
+    "PRESETS = {}",
+    """PRESETS = {}
+def margin(p: Params) -> float:
+    return p.k - 1.0
+def turns(p: Params) -> int:
+    return 3
+def half(p: Params) -> float:
+    return 0.5 * p.k
+CONDITIONS = (
+    Condition("k > 1 */", margin, "k = {k} with {turns} or {turns:g} and {half:.3g}, 5 % of {margin!r}", "raise k",
+              numbers={"turns": turns, "half": half}),
+    Condition("k >= 1", margin, "k = {k:.2f}", "raise k", closed=True, consequence="it is slow"),
+)
+""",
+).replace("import Quantity", "import Condition, Quantity")
+
+
+def test_a_joint_condition_is_a_margin_and_a_sentence_with_its_numbers_as_python_prints_them() -> None:
+    made = ModuleType("a.tried_out")
+    made.__dict__.update(SOURCE_TEXT=CONDITIONED, __file__="tried.py")
+    exec(compile(CONDITIONED, "tried.py", "exec", dont_inherit=True), made.__dict__)  # noqa: S102  our own text
+    text = "\n".join(Conditions(Unit(made, Plain())).functions())
+    check, warn = text.split("void model_warnings(")
+    assert "if (!fault->raised) {  /* k > 1 * / */" in check
+    assert "double margin = margin(p);" in check
+    assert "if (!fault->raised && !(margin > 0.0)) {" in check
+    assert "if (!fault->raised && !(margin >= 0.0)) {" in warn
+    raised = " ".join(check.partition("fault_raise(")[2].split())
+    assert raised.startswith(
+        'fault, "k = %r with %d or %g and %.3g, 5 %% of %r -- expected k > 1 */ -- raise k", p->k, turns(p), '
+        "(double)turns(p), half(p), margin);"
+    )
+    told = " ".join(warn.partition("sentence_put(")[2].split())
+    assert told.startswith('text, sizeof text, "k = %.2f -- it is slow -- raise k", p->k); tell(whom, text);')
+    assert "fault_raise" not in warn
+    assert "tell(" not in check
 
 
 def test_comments_of_a_function_are_those_between_its_lines(named: ModuleType) -> None:
