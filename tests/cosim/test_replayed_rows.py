@@ -42,8 +42,6 @@ def test_steps_are_those_of_the_record_or_even_ones_where_an_fmu_needs_them() ->
     uneven = record([2.0, 2.1, 2.25, 2.3, 2.4])
     assert _steps(description(True), uneven) == pytest.approx([0.1, 0.15, 0.05, 0.1])
     with pytest.raises(InputError, match=r"x.fmu needs equal steps, one has 0.[01]5 s at t = 2.(1|25) s among steps"):
-        InputError, match=r"x.fmu needs equal steps, one has 0.(15|05) s at t = 2.(1|25) s among steps of 0.1 s"
-    ):
         _steps(description(), uneven)
     for off, fits in ((0.9e-4, True), (1.1e-4, False)):  # of 0.1 s: a thousandth is rounding of a clock
         times = 2.0 + 0.1 * np.arange(1001.0)
