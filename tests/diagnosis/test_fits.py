@@ -1,0 +1,235 @@
+"""Parts of the refits of a diagnosis at their limits: freedoms, pooling, the linear step, samples that count, levels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from tsm_fmu.diagnosis.choice.hypotheses import _log_mean_square
+from tsm_fmu.diagnosis.fits.nuisance import (
+    corrects_model_form,
+    nearly_removed,
+    offsets,
+    other_starts,
+    shrunk_nuisances,
+    with_pooled_offsets,
+)
+from tsm_fmu.diagnosis.fits.quantised import Levels, coarse, step_noise
+from tsm_fmu.diagnosis.fits.refit import Fitted, Task, _forgotten, effective_samples, refit, rms
+from tsm_fmu.diagnosis.fits.screening import _Bench, screen
+from tsm_fmu.effects import sizes_of
+from tsm_fmu.kernels.chain import attach
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.regression.problem import FitRun
+
+Rig = Callable[..., FitRun]
+MODEL = kernel("LuGreFriction")
+FREE = ("presliding_shape", "sensor_lag@F", "offset_drift@F")
+
+
+@pytest.fixture(scope="module")
+def one(rig: Rig, known: dict[str, float]) -> Fitted:
+    """Friction on two runs of unlike length, which lacks a mass."""
+    return refit(Task("LuGreFriction", [rig(1, inertia=0.05), rig(2, rows=1200, inertia=0.05)], ("F",), known), (), {})
+
+
+@pytest.fixture(scope="module")
+def loose(one: Fitted) -> Fitted:
+    """The same with nuisance effects, and zeros of its runs."""
+    values = {**one.values, "F.sensor_lag.tau": 0.004, "presliding_shape.dF": 0.02}
+    runs = [replace(r, targets=r.targets + by) for r, by in zip(one.problem.runs, (0.03, -0.02), strict=True)]
+    task = replace(one.task, runs=runs)
+    return refit(task, FREE, values, fixed=["F.offset_drift.c"], per_run=["F.offset_drift.b"], steps=3)
+
+
+def test_errors_are_over_the_samples_of_all_runs(one: Fitted) -> None:
+    residuals = [np.array([[3.0, 1.0], [1.0, 1.0], [1.0, 1.0]]), np.array([[5.0, 2.0]])]
+    assert rms(residuals) == pytest.approx([3.0, np.sqrt(7.0 / 4.0)])
+    spread = [float(run.targets.var()) for run in one.problem.runs]
+    assert one.spread == pytest.approx([np.sqrt(np.mean(spread))])
+    joined = np.concatenate(one.residuals)
+    assert one.rmse == pytest.approx([np.sqrt(np.mean(joined**2))])
+    left = [run.targets - one.problem.outputs(k, one.table[k]) for k, run in enumerate(one.problem.runs)]
+    assert [np.abs(a - b).max() for a, b in zip(one.residuals, left, strict=True)] == [0.0, 0.0]
+
+
+def test_noise_that_forgets_slowly_is_worth_fewer_samples() -> None:
+    rng = np.random.default_rng(3)
+    white = [rng.normal(size=(n, 1)) for n in (4000, 2000)]
+    assert effective_samples(white) == pytest.approx([6000.0], rel=0.1)
+    slow = [np.repeat(y, 50, axis=0) for y in white]  # fifty times the same
+    assert effective_samples(slow) == pytest.approx([6000.0], rel=0.25)
+    assert effective_samples([white[0][:3]]) == pytest.approx([4.0])  # never fewer than four
+    assert effective_samples([white[0][:3]] * 2) == pytest.approx([6.0])
+
+
+def test_what_an_effect_does_is_the_change_without_it_over_the_spread(loose: Fitted) -> None:
+    """An offset is a constant: its RMS over the runs is that of its values, by their samples."""
+    b = loose.per_run["F.offset_drift.b"]
+    samples = [r.time.size for r in loose.problem.runs]
+    expected = np.sqrt(np.average(b**2, weights=samples)) / loose.spread
+    assert loose.share_of("offset_drift@F") == pytest.approx(expected, rel=1e-6)
+    column = loose.problem.fields.index("F__offset_drift__b")
+    moved = loose.change_with({"F__offset_drift__b": 0.4})
+    assert moved == pytest.approx(
+        np.sqrt(np.average((loose.table[:, column] - 0.4) ** 2, weights=samples)) / loose.spread, rel=1e-6
+    )
+
+
+@pytest.mark.parametrize(("travel", "forgotten"), [(0.5, False), (4.5, True)])
+def test_a_start_is_forgotten_after_some_presliding_distances(travel: float, forgotten: bool) -> None:
+    """Z after d is exp(-d/X) of it: a twentieth of what it does in the whole run from about three X on."""
+    model = kernel("TendonDrive")
+    t = 0.01 * np.arange(3000)
+    x = 0.01 * t
+    values = {"c": 1.0, "beta": -0.5, "alpha": 10.0}
+    x_pre = 1.0 / values["alpha"]
+    run = FitRun("r", t, np.column_stack([x, np.ones(t.size)]), np.column_stack([x]))
+    task = Task("TendonDrive", [run.compared_from(int(travel * x_pre / 1e-4))], ("x_out",), values)
+    found = refit(task, (), {}, steps=1)
+    names = [v.name for v in model.parameters if v.field in _forgotten(found.problem, found.problem.start())]
+    base = refit(replace(task, runs=[run]), (), {}, steps=1)
+    assert _forgotten(base.problem, base.problem.start()) == []
+    initial = set(model.roles.initial) & {found.problem.declared[f].name for f in base.problem.per_run}
+    assert initial
+    kept = {found.problem.declared[f].name for f in found.problem.per_run}
+    assert (kept & initial == set()) is forgotten
+    assert names == []  # what is fixed already is not told again
+
+
+@pytest.mark.parametrize(
+    ("spec", "share", "on_reference", "form"),
+    [
+        ("presliding_shape", 0.079, 0.0, True), ("presliding_shape", 0.081, 0.0, False),
+        ("presliding_shape", 0.2, 0.201, True), ("presliding_shape", 0.2, 0.199, False),
+        ("inertia", 0.001, 0.3, False),
+    ],
+)  # fmt: skip
+def test_what_follows_a_reversal_is_form_up_to_what_rigs_and_reference_runs_have(
+    spec: str, share: float, on_reference: float, form: bool
+) -> None:
+    spread = np.array([3.7, 0.2])
+    task: Any = SimpleNamespace(reference_removal={spec: np.array([0.01, on_reference]) * spread})
+    assert corrects_model_form(spec, share, task, spread) is form
+    if not on_reference:
+        without: Any = SimpleNamespace(reference_removal={})
+        assert corrects_model_form(spec, share, without, spread) is form
+
+
+def test_next_to_nothing_is_a_tenth_of_the_mean_square() -> None:
+    before = np.array([2.0, 2.0])
+    assert nearly_removed(before, np.array([0.199, 0.201])).tolist() == [True, False]
+
+
+def test_offsets_have_a_value_a_run_and_drifts_stay_until_they_are_released() -> None:
+    task: Any = SimpleNamespace(model="LuGreFriction")
+    assert offsets(task, FREE, FREE, ()) == (["F.offset_drift.b"], ["F.offset_drift.c"])
+    assert offsets(task, FREE, FREE, ("offset_drift@F",)) == (["F.offset_drift.b"], [])
+    assert offsets(task, FREE, FREE[:2], ()) == ([], [])  # an effect like others
+    assert offsets(task, FREE[:2], FREE, ()) == ([], [])
+
+
+def test_zeros_are_pooled_by_independent_samples_and_what_good_rigs_differ_by(loose: Fitted) -> None:
+    bound = with_pooled_offsets(loose, FREE)
+    length = sum(r.time.size for r in loose.problem.runs) / loose.effective[0]
+    zero = 0.015 * loose.spread[0]
+    weight = loose.rmse[0] * loose.problem.weights[0] * np.sqrt(length) / zero
+    assert bound.task.pooling == pytest.approx({"F.offset_drift.b": weight})
+    assert bound.problem.pooling == pytest.approx({"F__offset_drift__b": weight})
+    alone = replace(loose, problem=loose.problem.with_runs(loose.problem.runs[:1]), table=loose.table[:1])
+    assert with_pooled_offsets(alone, FREE) is alone
+    assert with_pooled_offsets(loose, FREE[:2]) is loose
+
+
+def test_freedoms_shrink_to_a_tenth_and_refits_begin_again_at_what_was_given(loose: Fitted) -> None:
+    back = shrunk_nuisances(loose, FREE)
+    for name in ("F.sensor_lag.tau", "presliding_shape.dF", "F.offset_drift.b"):
+        assert back[name] == pytest.approx(0.1 * loose.values[name])
+    assert "presliding_shape.n" not in back
+    (given, own), _ = other_starts(loose, "sensor_lag@F")
+    assert own == {}
+    for name, value in given.items():
+        assert value == loose.task.values.get(name, loose.values[name])
+
+
+def test_the_gain_of_a_candidate_is_what_one_linear_step_leaves(one: Fitted) -> None:
+    """Against scipy's least squares of the same step: residual and response without what the parameters can do."""
+    told: list[str] = []
+    asked = [attach(MODEL, spec) for spec in ("coulomb", "inertia", "creep")]
+    found = screen(one, asked, np.array([True]), told.append)
+    assert sorted(told) == ["screen 1/3: coulomb", "screen 2/3: inertia", "screen 3/3: creep"]
+    assert [s.gain for s in found] == sorted((s.gain for s in found), reverse=True)
+    mass = next(s for s in found if s.attached.spec == "inertia")
+    assert mass.gain > 0.5
+    assert 0.02 < mass.starts[0]["inertia.m"] < 0.06  # of 0.05, of which the fit has taken a part
+    assert found[-1].attached.spec == "coulomb"  # the model has it
+    assert found[-1].gain < 0.1
+    gains = {s.attached.spec: s.gain for s in screen(one, asked, np.array([False]))}
+    assert gains == pytest.approx(dict.fromkeys(gains, 0.0))  # no channel counts
+    assert len(mass.starts) == 1
+
+
+def test_amounts_are_those_of_least_squares_with_signs_as_declared(one: Fitted) -> None:
+    bench = _Bench(one, np.array([True]))
+    assert bench.residual == pytest.approx(bench.responses.outside(bench.residual), abs=1e-9)
+    size = np.linalg.norm(bench.residual)
+    rng = np.random.default_rng(2)
+    along = bench.residual / size
+    other = bench.responses.outside(rng.normal(size=along.size))
+    other -= along * (along @ other)
+    other /= np.linalg.norm(other)
+    acting = bench.responses.acting(attach(MODEL, "direction_asymmetry"))  # both signs
+    mixed = np.column_stack([0.6 * along + 0.8 * other, 3.0 * (0.8 * along - 0.6 * other)])
+    gain, amounts = bench._explained(acting.effect, list(sizes_of(acting.attached.module)), -mixed)
+    assert -mixed @ amounts == pytest.approx(bench.residual, abs=2e-3 * size)
+    assert amounts == pytest.approx([-0.6 * size, -0.8 / 3.0 * size], rel=2e-3)
+    assert gain > 10.0
+    half = np.column_stack([np.sqrt(0.75) * along + 0.5 * other])
+    gain, _ = bench._explained(acting.effect, ["eps"], half)
+    assert gain == pytest.approx(np.log(1.0 / 0.25), rel=1e-3)
+    heavy = bench.responses.acting(attach(MODEL, "inertia"))  # m is not negative
+    gain, amounts = bench._explained(heavy.effect, ["m"], -half)
+    assert (gain, amounts.tolist()) == (pytest.approx(0.0), [0.0])
+    hardly = half + 2000.0 * bench.responses.basis[:, :1]  # nearly all of it is imitated
+    gain, amounts = bench._explained(acting.effect, ["eps"], hardly)
+    assert (gain, amounts.tolist()) == (pytest.approx(0.0), [0.0])
+    damped = half + 300.0 * bench.responses.basis[:, :1]
+    _, amounts = bench._explained(acting.effect, ["eps"], damped)
+    gram, along_it = 1.0 + 1e-4 * (300.0**2 + 1.0), np.sqrt(0.75) * size
+    more, less = nnls(np.array([[gram, -1.0], [-1.0, gram]]), np.array([along_it, -along_it]))[0]  # of either sign
+    assert amounts == pytest.approx([more - less], rel=1e-3)
+    assert more < 0.2 * along_it
+
+
+@pytest.mark.parametrize(("part", "found"), [(0.98, False), (1.02, True)])
+def test_levels_count_where_their_steps_are_as_large_as_an_effect(part: float, found: bool) -> None:
+    """A step of q is noise of q over the root of twelve."""
+    rng = np.random.default_rng(4)
+    y = 5.0 * rng.normal(size=4000)
+    q = 0.37
+    stepped = q * np.round((y - 0.11) / q) + 0.11
+    runs: Any = [SimpleNamespace(targets=np.column_stack([y, part_of])) for y, part_of in ((y, stepped),)]
+    spread = np.array([5.0, q / np.sqrt(12.0) / 0.012 / part])
+    levels = coarse(runs, ("F", "x"), spread)
+    assert [one.channel for one in levels] == (["x"] if found else [])
+    for one in levels:
+        assert one.q == pytest.approx(q)
+        assert (one.y_0 - 0.11) / q == pytest.approx(round((one.y_0 - 0.11) / q), abs=1e-6)
+        assert abs(one.y_0) <= 0.5 * q
+        assert one.spec == "quantisation@x"
+
+
+def test_steps_are_noise_of_their_channel_alone() -> None:
+    noise = step_noise([Levels("x", 0.6, 0.1)], ("F", "x"))
+    assert noise == pytest.approx([0.0, 0.6 / np.sqrt(12.0)])
+
+
+def test_what_a_fit_leaves_as_one_number_is_a_log_with_a_floor() -> None:
+    fitted: Any = SimpleNamespace(rmse=np.array([0.02, 0.0]), spread=np.array([0.5, 3.0]))
+    assert _log_mean_square(fitted) == pytest.approx(np.log(0.04**2 + 9e-6) + np.log(9e-6))
