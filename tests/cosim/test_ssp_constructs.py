@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 
+from tests.cosim.test_ssp import redescribed
 from tests.cosim.test_ssp_values import archive, element, link, run
 from tsm_fmu import InputError
 from tsm_fmu.cosim.description import describe
@@ -181,6 +182,24 @@ def test_pictures_notes_and_types_change_nothing(foreign, tmp_path):
     rich = run(path).columns
     assert {name: values.tolist() for name, values in rich.items()} == {n: v.tolist() for n, v in plain.items()}
     assert np.ptp(plain["x.x"]) > 0.01
+
+
+@pytest.mark.parametrize("kind", ["Binary", "Clock"])
+def test_a_connection_of_what_is_no_value_is_named_by_its_type(in_c, tmp_path, kind):
+    fmu = redescribed(in_c["arrays"], tmp_path / "other.fmu", lambda text: text.replace("<Binary", f"<{kind}"))
+    ends = [element(name, fmu) for name in ("a", "b")]
+    message = f"source 'a.picture' of a connection is a {kind}, or too large an array -- expected a number"
+    refused(archive(tmp_path, [fmu], ends, [link("a.picture", "b.u[1]")]), message)
+
+
+def test_a_factor_on_what_is_no_real_is_refused(foreign, tmp_path):
+    entry = '<ssm:MappingEntry source="n" target="n"><ssc:LinearTransformation factor="2"/></ssm:MappingEntry>'
+    table = f'<ssm:ParameterMapping version="2.0">{entry}</ssm:ParameterMapping>'
+    own = element("t", foreign["typed"], n=3).replace(
+        "</ssd:ParameterBinding>", f"<ssd:ParameterMapping>{table}</ssd:ParameterMapping></ssd:ParameterBinding>"
+    )
+    message = "parameter t.n has a factor or offset on an Integer -- expected a Real for that -- drop it"
+    refused(archive(tmp_path, [foreign["typed"]], [own], []), message)
 
 
 def test_values_for_variables_that_nobody_has_are_left_out_and_said(foreign, tmp_path):

@@ -102,4 +102,4 @@ def typed_value(address: str, port: Port, value: Value) -> Value:
 
 def article(word: str) -> str:
     """The word after its indefinite article."""
-    return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"
+    return f"{'an' if word[0] in 'aeiouEI' else 'a'} {word}"

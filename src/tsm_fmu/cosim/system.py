@@ -222,6 +222,11 @@ def _ports(address: str, side: str, descriptions: Mapping[str, Description]) -> 
     description = descriptions[component]
     elements = description.elements(variable)
     if elements[0] not in description.ports:
+        if unusable := next((v for v in description.model.modelVariables if v.name == variable), None):
+            raise InputError(
+                f"{side} {address!r} of a connection is {article(unusable.type)}, or too large an array -- expected a "
+                "number, a Boolean or a text -- leave the connection out"
+            )
         names = [p.array or p.name for p in (description.outputs if side == "source" else description.inputs)]
         raise InputError(
             f"{side} {address!r} of a connection: {description.path.name} has no variable {variable!r} -- expected "

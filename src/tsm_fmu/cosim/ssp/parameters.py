@@ -10,7 +10,7 @@ from typing import Any
 from ...models.contract import InputError
 from ..conversion import Definitions, conversion
 from ..description import Description, Port
-from ..start_values import Value
+from ..start_values import Value, article
 from .connectors import Connector, units
 from .files import Files
 from .transformations import UNCHANGED, Linear, transformation
@@ -47,8 +47,13 @@ class Parameter:
         Raises
         ------
         InputError
-            If its unit measures something else.
+            If its unit measures something else, or a factor goes to what is no Real.
         """
+        if port.kind != "Real" and not self.linear.plain:
+            raise InputError(
+                f"parameter {address} has a factor or offset on {article(port.fmi_type)} -- expected a Real for that "
+                "-- drop it"
+            )
         if port.kind == "Integer":
             items = {**connector.items, **description.items(port)}
             texts = [self.value] if self.value in items else self.value.split()
