@@ -103,6 +103,7 @@ def test_items_that_only_the_description_names_set_an_integer(foreign, tmp_path)
 
 
 BINDING = "<ssd:ParameterBindings><ssd:ParameterBinding {}>{}</ssd:ParameterBinding></ssd:ParameterBindings>"
+MODELICA = "</ssd:Component><ssd:Component name='m' type='text/x-modelica' source='m.mo'>"
 NO_SET = "parameter binding of component 'g' has no ParameterSet -- expected one inside ParameterValues, or the source"
 MISPLACED = '<ssd:ParameterSet><ssd:Parameter name="k"><ssd:Real value="1.5"/></ssd:Parameter></ssd:ParameterSet>'
 TLM = """<ssd:Annotations><ssc:Annotation type="t"><oms:Connections xmlns:oms="o"><oms:Connection delay="0.001"
@@ -119,6 +120,7 @@ linearimpedance="100"/></oms:Connections></ssc:Annotation></ssd:Annotations>"""
         (BINDING.format("", MISPLACED), [], NO_SET),
         (BINDING.format('type="text/csv" source="Gain.fmu"', ""), [], NO_SET),
         (BINDING.format("", ""), [], None),
+        (MODELICA, [], "component 'm' is of type 'text/x-modelica' -- expected an FMU inside"),
         ("</ssd:Component><ssd:System name='x'/><ssd:Component>", [], "the element 'x' is there twice -- expected"),
         (f"</ssd:Component><ssd:System name='t'>{TLM}</ssd:System><ssd:Component>", [], "system 't' has transmission"),
     ],
@@ -154,7 +156,9 @@ AROUND = """<ssc:MetaData kind="quality" type="application/x-srmd-meta-data">
 BESIDE = f"""<ssd:GraphicalElements><ssd:Note x1="0" y1="0" x2="1" y2="1" text="x.x"/></ssd:GraphicalElements>
 <ssd:SystemGeometry x1="-359.5" y1="-383.0" x2="710.0" y2="198.0"/>{AROUND}
 <ssd:Annotations><ssc:Annotation type="com.3ds.ssp"><smmd:Data xmlns:smmd="d">
-<UserAnnotation key="step" value="7"/></smmd:Data></ssc:Annotation></ssd:Annotations>"""
+<UserAnnotation key="step" value="7"/></smmd:Data></ssc:Annotation>
+<ssc:Annotation type="org.openmodelica"><oms:Connections xmlns:oms="o"><oms:Connection startElement="x" endElement="g"
+startConnector="bus" endConnector="bus"/></oms:Connections></ssc:Annotation></ssd:Annotations>"""
 CONNECTORS = """<ssd:Connectors><ssd:Connector name="k" kind="parameter" description="k = k"><ssc:Binary
 mime-type="text/x-modelica; path=Modelica.Units.SI.Time"/></ssd:Connector><ssd:Connector name="u" kind="input">
 <ssc:Real unit=""/><ssd:ConnectorGeometry x="0.0" y="0.5"/></ssd:Connector><ssd:Connector name="y" kind="inout">
