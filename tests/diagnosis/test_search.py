@@ -1,0 +1,150 @@
+"""The way of the search through sets of effects, whose fits are numbers of a table here; and which places it tries."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tsm_fmu.diagnosis.choice import search as module
+from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis
+from tsm_fmu.diagnosis.choice.search import Search, _promises, candidate_places
+from tsm_fmu.diagnosis.choice.supported import leading, log_residual
+from tsm_fmu.diagnosis.fits.placing import least_stroke, possible
+from tsm_fmu.effects import EFFECTS, about
+from tsm_fmu.kernels.chain import chain
+from tsm_fmu.kernels.kernel import kernel
+
+SETS = {
+    "": 0.9, "wear": 0.5, "creep": 0.6, "delay": 0.7, "thermal": 0.8, "wear creep": 0.4, "wear delay": 0.45,
+    "wear thermal": 0.49, "creep delay": 0.1, "creep thermal": 0.3,
+}  # fmt: skip
+"""What is left with each set; with any other, what the best of its subsets leaves less a hundredth."""
+
+
+def left(added: tuple[str, ...]) -> float:
+    known = {frozenset(name.split()): rmse for name, rmse in SETS.items()}
+    return known.get(frozenset(added)) or min(r for s, r in known.items() if s <= set(added)) - 0.01
+
+
+def made(added: tuple[str, ...], parameters: int = 5) -> Hypothesis:
+    rmse = left(added)
+    fitted: Any = SimpleNamespace(
+        spread=np.ones(1), rmse=np.array([rmse]), effects=added,
+        problem=SimpleNamespace(shared=tuple(range(parameters))),
+        task=SimpleNamespace(reference_removal={}, gap=np.zeros(1)),
+    )  # fmt: skip
+    return Hypothesis(added, fitted, (), np.array([rmse**2]), None, np.full(1, 1e5), np.ones(1), (), lambda: {})
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[tuple[str, ...]]]:
+    """The search with fits of the table: what was built upon, and in which sets it looked for an end."""
+    seen: dict[str, list[tuple[str, ...]]] = {"upon": [], "reference": [], "enough": []}
+
+    def refitted(base: Hypothesis, screened: Any, holdout: Any, reference: Any = None, *_: Any, **__: Any) -> list:
+        seen["upon"].append(base.added)
+        seen["reference"] += [base.added] if reference is not None else []
+        return [made((*base.added, s.attached.spec)) for s in screened if s.attached.spec not in base.added]
+
+    def screened(self: Search, base: Hypothesis) -> tuple[list, dict]:
+        specs = [name for name in SETS if name and " " not in name and name not in base.added]
+        return [SimpleNamespace(attached=SimpleNamespace(spec=name)) for name in specs], {}
+
+    monkeypatch.setattr(module, "refit_candidates", refitted)
+    monkeypatch.setattr(module, "refit_rivals", lambda found, _: list(found))
+    monkeypatch.setattr(module, "refit_with_fewer", lambda best, found, *_: list(found))
+    monkeypatch.setattr(Search, "_screened", screened)
+    monkeypatch.setattr(Search, "_enough", lambda self, found, base: bool(seen["enough"].append(base.added)))
+    return seen
+
+
+def searched(reference: Any = None) -> list[Hypothesis]:
+    start: Any = made(())
+    baselines: Any = SimpleNamespace(with_nuisances=start, refitted=start, reference=reference)
+    return Search(kernel("LuGreFriction"), baselines, (), lambda _: None).hypotheses()
+
+
+def test_the_best_pair_need_not_hold_the_best_single_effect(asked: dict[str, list]) -> None:
+    found = searched("the same on reference runs")
+    sets = [frozenset(h.added) for h in found]
+    assert frozenset({"creep", "delay"}) in sets
+    assert min(found, key=log_residual).added[:2] in {("delay", "creep"), ("creep", "delay")}
+    assert asked["upon"][:2] == [(), ("wear",)]
+    assert set(asked["upon"][2:-1]) == {("creep",), ("delay",), ("thermal",)} - {("creep",)}  # creep is there
+    assert set(asked["upon"][-1]) == {"creep", "delay"}
+    assert asked["reference"] == [()]  # beside others the form is known
+    assert asked["enough"][0] == ("wear",)
+    assert found[0].added == ()
+    assert {len(s) for s in sets} == {0, 1, 2, 3}
+
+
+def test_the_search_ends_where_one_more_helps_no_more(asked: dict[str, list], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SETS, "", 0.4)  # no effect leaves less
+    found = searched()
+    assert [h.added for h in found] == [(), ("wear",), ("creep",), ("delay",), ("thermal",)]
+    assert asked["enough"] == []
+    monkeypatch.setitem(SETS, "", 0.5)  # nor does one that leaves as much
+    searched()
+    assert asked["enough"] == []
+    monkeypatch.setitem(SETS, "", 0.9)
+    monkeypatch.setattr(Search, "_enough", lambda self, found, base: True)
+    assert max(len(h.added) for h in searched()) == 1
+
+
+def test_only_so_many_first_effects_are_tried_again(asked: dict[str, list], monkeypatch: pytest.MonkeyPatch) -> None:
+    for k in range(6):
+        monkeypatch.setitem(SETS, f"other{k}", 0.71 + 0.01 * k)
+    searched()
+    again = asked["upon"][2:-1]
+    assert again == [("delay",), ("other0",), ("other1",)]  # the four best of the others, but creep itself
+
+
+def test_the_simpler_of_two_that_leave_as_little_is_built_upon() -> None:
+    few, many = made(("wear",), 5), made(("wear",), 9)
+    assert leading([many, few]) is few
+    assert leading([few, many]) is few
+    longer = made(("wear", "slack", "inertia"), 4)
+    short = made(("wear", "slack", "inertia"), 9)
+    assert leading([short, longer]) is longer
+    both, alone = made(("wear", "inertia"), 3), made(("wear",), 9)
+    both.fitted.rmse[0], both.measured[0] = alone.fitted.rmse[0] * 1.0001, alone.measured[0] * 1.0002
+    assert leading([alone, both]) is alone  # with more effects it is not simpler
+
+
+@pytest.mark.parametrize(("part", "promises"), [(0.98, False), (1.02, True)])
+def test_a_further_effect_must_promise_as_much_as_one_that_is_named(part: float, promises: bool) -> None:
+    """Of 0.05 of the spread the gain takes 0.012 times ``part``: what is left is the root of the difference."""
+    after = np.sqrt(0.05**2 - (0.012 * part) ** 2)
+    fitted: Any = SimpleNamespace(rmse=np.array([0.001, 0.05]) * 3.7, spread=np.full(2, 3.7))
+    assert _promises(float(-2.0 * np.log(after / 0.05)), fitted) is promises
+
+
+def test_every_effect_is_tried_where_it_is_not_yet_and_an_offset_until_it_drifts() -> None:
+    model = chain("TendonDrive", ("inertia",))
+    channels = ("x_out", "tau_in")
+
+    def places(effects: tuple[str, ...], released: tuple[str, ...] = (), travel: float = 100.0) -> set[str]:
+        fitted: Any = SimpleNamespace(effects=effects, released=released, problem=SimpleNamespace(channels=channels))
+        return {c.spec for c in candidate_places(model, fitted, travel)}
+
+    everywhere = {c.spec for c in possible("TendonDrive", channels, ("inertia",), (), 100.0)}
+    assert places(("inertia",)) == everywhere
+    assert places(("inertia", "wear", "offset_drift@tau_in")) == everywhere - {"wear"}
+    assert places((), ("offset_drift@tau_in",)) == everywhere
+    there = ("offset_drift@tau_in",)
+    assert places(there, there) == everywhere - set(there)
+
+
+def test_a_drum_of_known_size_needs_its_turns_and_one_of_any_size_none() -> None:
+    drums = {m.NAME: 2.0 * np.pi * about(m.NAME).turns for m in EFFECTS if about(m.NAME).turns}
+    assert set(drums) == {"drum_periodic", "winding_crossover"}
+    for m in EFFECTS:
+        assert least_stroke(m) == pytest.approx(drums.get(m.NAME, 0.0))
+    for part, found in ((0.99, False), (1.01, True)):
+        names = {c.module.NAME for c in possible("TendonDrive", ("x_out",), (), (), part * drums["winding_crossover"])}
+        assert ("winding_crossover" in names) is found
+        assert "drum_periodic" in names
+        assert "creep" in names
