@@ -80,6 +80,14 @@ def test_a_line_of_the_spectrum_has_three_percent_of_the_strongest(power_share: 
     assert found == pytest.approx([1.0, 3.0][:lines], abs=1e-3)
 
 
+@pytest.mark.parametrize(("bump", "lines"), [(0.064, 1), (0.066, 2)])
+def test_a_line_stands_out_from_the_flank_of_another(bump: float, lines: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By half of the three percent that it must have: from a flank at 0.05 of the strongest."""
+    flank = np.array([1e-3, 0.2, 2.0, 0.5, 0.1, 2.0 * bump, 1e-3, 1e-3])
+    monkeypatch.setattr(coverage, "_spectrum", lambda *_: (0.5 * np.arange(1.0, 9.0), flank))
+    assert len(coverage._frequencies(record(x=TIME), "x")) == lines
+
+
 def test_at_most_five_frequencies_are_told_the_strongest_first() -> None:
     t = np.arange(4000) / RATE
     sizes = {1.0: 0.5, 2.0: 0.9, 3.5: 0.7, 5.0: 1.0, 7.0: 0.6, 9.0: 0.8}
