@@ -6,11 +6,8 @@ in the words of this one. Only scales in time and travel count: of them a signat
 
 from __future__ import annotations
 
-from ...effects import effect_of, shapes_of
-from ...kernels.chain import attach
-from ...kernels.kernel import kernel
+from ...effects import effect_of, prefix_of, shapes_of
 from .refit import Fitted
-from .response import public
 
 SCALES = ("time", "travel")
 AT_AN_END = 1e-3
@@ -29,13 +26,12 @@ def disguised(fitted: Fitted, spec: str) -> bool:
     spec : str
     """
     module = effect_of(spec)
-    one = attach(kernel(fitted.model), spec)
     for name, shape in shapes_of(module).items():
-        if shape.scale not in SCALES or public(one, name) not in fitted.task.limits:
+        parameter = f"{prefix_of(spec)}{name}"
+        if shape.scale not in SCALES or parameter not in fitted.task.limits:
             continue
-        lo, hi = fitted.task.limits[public(one, name)]
-        value = fitted.values[public(one, name)]
-        straight = module.ABOUT.family == "time"
+        lo, hi = fitted.task.limits[parameter]
+        value, straight = fitted.values[parameter], module.ABOUT.family == "time"
         if value <= lo * (1.0 + AT_AN_END) or (value >= hi * (1.0 - AT_AN_END) and not straight):
             return True
     return False
