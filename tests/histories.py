@@ -6,7 +6,10 @@ import math
 
 import numpy as np
 
-SIZES = {"rad": 2.0, "rad/s": 3.0, "rad/s2": 20.0, "N": 5.0, "N.m": 0.3, "V": 8.0, "m/s": 0.1, "m/s2": 1.0, "1": 1.0}
+SIZES = {
+    "rad": 2.0, "rad/s": 3.0, "rad/s2": 20.0, "N": 5.0, "N.m": 0.3, "V": 8.0, "m/s": 0.1, "m/s2": 1.0, "K": 290.0,
+    "1": 1.0,
+}  # fmt: skip
 MOVES = (1e-3, -0.1, 0.7, -1.5)
 VALUES = {"LebusWinding": {"s_w": 1, "mu": 0.12}}
 """Parameters that switch a part on."""
@@ -17,8 +20,8 @@ SHORT = (1e-9, 1e-12)
 def history(model, p, random, factor):
     """States, inputs and steps of a random motion with reversals; empty where the model refuses it."""
     sizes = [factor * SIZES[v.quantity.unit] for v in model.inputs]
-    # forces pull, and wheels wind from zero
-    positive = [v.quantity.unit == "N" or v.name.startswith("theta") for v in model.inputs]
+    # forces pull, temperatures are absolute, and wheels wind from zero
+    positive = [v.quantity.unit in ("N", "K") or v.name.startswith("theta") for v in model.inputs]
     levels = [size if p else 0.0 for size, p in zip(sizes, positive, strict=True)]
     frequency, phase = random.uniform(0.2, 1.5, len(sizes)), random.uniform(0.0, 6.0, len(sizes))
 

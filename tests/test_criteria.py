@@ -19,7 +19,7 @@ FINENESS = {
     "bins": ("FEWEST_BINS", "BINS", "HALF_WIDTH"),
     "draws": ("NULLS", "SURROGATES", "RESAMPLES", "SMALLEST", "LEVEL"),
     "numerics": ("STEPS", "RIDGE", "DAMPING", "DECIBEL", "SHAPES", "SHRUNK", "FIRST_STEPS", "FIRST_ROWS",
-                 "PROBE_STEPS", "FOLD_STEPS", "FURTHER_STEPS", "LAST_STEPS", "INDEPENDENT"),
+                 "PROBE_STEPS", "FOLD_STEPS", "FURTHER_STEPS", "LAST_STEPS", "INDEPENDENT", "AT_AN_END"),
     "the library of functions": ("DISTANCES", "SPEEDS", "WIDTHS", "LAGS", "CENTRED", "HOLD", "TURNING_RAD", "ALIKE",
                                  "BLOCKS", "MOST_FOLDS", "HARMONICS", "SINGLE", "HATS", "LAGGED"),
     "what a page holds": ("LEADING", "MOST_PLACES", "MOST_RUNS", "MOST_DRAWN", "DISTINCT"),

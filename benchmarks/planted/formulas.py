@@ -110,6 +110,11 @@ def _bent(y: Array, s: Signals, amount: float) -> Array:
     return y + np.abs(s.load) * np.expm1(amount * s.theta) * s.z
 
 
+@_of("temperature_dependence")
+def _thinned(y: Array, s: Signals, amount: float) -> Array:
+    return y * np.exp(-amount * (s.temperature - 296.0))
+
+
 @_of("drive_direction")
 def _back_driven(y: Array, s: Signals, amount: float) -> Array:
     return y + amount * np.abs(s.load) * s.z * 0.5 * (1.0 - np.tanh(20.0 * s.load * s.z / s.pull))

@@ -20,6 +20,8 @@ from .rigs import RIGS, Signals, record, signals
 
 WRONG = 1.04
 """Factor by which the given parameters of the friction are wrong."""
+BESIDE = {"bend_angle": ("Theta",), "temperature_dependence": ("temperature",)}
+"""Columns of the log beyond the model's variables, of the effects that they drive."""
 
 
 @dataclass(frozen=True)
@@ -77,8 +79,8 @@ def planted(case: Case) -> list[Record]:
     found = []
     for number, s in enumerate(runs):
         _plant(case, s, amount)
-        bend = "bend" in case.effect
-        found.append(record(case.model, f"run{number}", s, CHANNELS[case.model], rng, bend))
+        beside = BESIDE.get(case.effect, ())
+        found.append(record(case.model, f"run{number}", s, CHANNELS[case.model], rng, beside))
     return found
 
 

@@ -82,8 +82,8 @@ class Signals:
         Time and motion; the travel since the start where the model sees a speed.
     z : ndarray
         Presliding state, between -1 and 1.
-    load, theta : ndarray
-        Load, and bending angle of the sheath.
+    load, theta, temperature : ndarray
+        Load, bending angle of the sheath, and temperature of the room.
     stroke, pull : float
         Half stroke, and usual load.
     friction : ndarray
@@ -101,6 +101,7 @@ class Signals:
     z: Array
     load: Array
     theta: Array
+    temperature: Array
     stroke: float
     pull: float
     friction: Array = field(default_factory=lambda: np.empty(0))
@@ -160,7 +161,8 @@ def signals(
     swing = np.sin(2.0 * np.pi * 0.19 * t + rng.uniform(0.0, 6.28))
     load = pull * (0.7 + 0.5 * swing) if model.startswith("Single") else pull * (0.2 + 0.9 * swing)
     theta = 3.0 + 2.0 * np.sin(2.0 * np.pi * 0.11 * t + rng.uniform(0.0, 6.28))
-    s = Signals(t, x, v, np.gradient(v, DT), presliding(x, 0.017 * rig.stroke), load, theta, stroke, pull)
+    room = 296.0 + 4.0 * np.sin(2.0 * np.pi * 0.043 * t + rng.spawn(1)[0].uniform(0.0, 6.28))
+    s = Signals(t, x, v, np.gradient(v, DT), presliding(x, 0.017 * rig.stroke), load, theta, room, stroke, pull)
     simulated = _simulated(model, s, {**rig.values, **(DIP.get(model, {}) if dip else {})})
     if model in ("TendonDrive", "DistalEstimator"):
         s.friction = simulated["tau_in"] - rig.values["ratio"] * load
@@ -187,8 +189,10 @@ def _simulated(model: str, s: Signals, values: Mapping[str, float]) -> dict[str,
     return {v.name: outputs[:, j] for j, v in enumerate(base.outputs)}
 
 
-def record(model: str, name: str, s: Signals, channels: Sequence[str], rng: np.random.Generator, bend: bool) -> Record:
-    """The run as it is measured."""
+def record(
+    model: str, name: str, s: Signals, channels: Sequence[str], rng: np.random.Generator, beside: Sequence[str] = ()
+) -> Record:
+    """The run as it is measured, with columns beside the model's variables."""
     base, rig = kernel(model), RIGS[model]
     torque = rig.values.get("ratio", 1.0) * s.load + s.friction if s.friction.size else s.load
     motor = torque if model == "DistalEstimator" else np.full(s.t.size, 0.5)
@@ -202,6 +206,7 @@ def record(model: str, name: str, s: Signals, channels: Sequence[str], rng: np.r
     for channel in channels:
         noise = NOISE * clean[channel].std() * rng.normal(size=s.t.size)
         columns[channel] = s.sensor.get(channel, lambda y: y)(clean[channel] + noise)
-    if bend:
-        columns["Theta"], units["Theta"] = s.theta, "rad"
+    for column, values, unit in (("Theta", s.theta, "rad"), ("temperature", s.temperature, "K")):
+        if column in beside:
+            columns[column], units[column] = values, unit
     return Record(name, s.t, columns, {n: units[n] for n in columns})

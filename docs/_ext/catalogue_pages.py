@@ -211,6 +211,7 @@ def _change(kernel: Kernel) -> Figure | None:
         z[k] = np.sign(way) + (z[k - 1] - np.sign(way)) * math.exp(-abs(way) / 0.05)
     load = 1.0 + 0.5 * np.sin(0.4 * time)
     signals = {"x": x, "v": v, "a": a, "s": s, "z": z, "y": z, "load": load, "drive": load * x, "bend": 1.0 + load}
+    signals["temperature"] = 283.15 + 15.0 * load
     signals["x_pre"] = np.full(time.size, 0.05)
     inputs = np.column_stack([signals[i.name] for i in kernel.inputs])
     best: tuple[float, Any] | None = None

@@ -28,7 +28,7 @@ def made(
         spread=np.array([unit]), rmse=np.array([rmse * unit]), effects=(*added.split(), *(nuisance_specs or ())),
         problem=SimpleNamespace(shared=tuple(range(parameters))),
         task=SimpleNamespace(
-            discrepancy=np.array([discrepancy * unit]), reference_removal={}, form_share=form_share,
+            discrepancy=np.array([discrepancy * unit]), reference_removal={}, form_share=form_share, limits={},
             gap=np.zeros(1),
         ),
     )  # fmt: skip
@@ -165,7 +165,7 @@ def test_what_hides_behind_a_named_effect_must_leave_next_to_nothing(left: float
 
 def test_what_removes_less_than_the_gap_on_reference_runs_corrects_the_form() -> None:
     plain, one = made("", 0.9, discrepancy=0.08), made("inertia", 0.1, discrepancy=0.08)
-    for form, expected in ((0.08, ("inertia",)), (0.06, ("inertia", "stribeck"))):
+    for form, expected in ((0.08, ("inertia",)), (0.06, ("inertia",)), (0.05, ("inertia", "stribeck"))):
         both = made("inertia stribeck", refit_without(0.07, 0.1), discrepancy=form)
         assert names(choice_of([plain, one, both], plain)) == [expected]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -70,7 +71,7 @@ def test_a_model_keeps_its_effects() -> None:
 
 def test_units_say_what_a_column_may_be_and_a_measurement_of_the_channel_is_no_cause() -> None:
     records = [rig(1, 0.05), rig(2, 0.05)]
-    assert roles(records) == {"x": "position", "T_in": "load", "F_lateral": "load"}
+    assert roles(records) == {"x": "position", "T_in": "load", "F_lateral": "load", "temperature": "temperature"}
     _, notes = with_drives(kernel("LuGreFriction"), records, ("F",))
     assert any(n.startswith("i_motor drives no effect: it follows F") for n in notes)
 
@@ -84,7 +85,7 @@ def test_what_is_said_of_a_column_counts_before_its_unit() -> None:
 @pytest.mark.parametrize(
     ("said", "line"),
     [
-        ({"T_in": "tension"}, "--drive T_in=tension -- expected a role of load, bend, position, none"),
+        ({"T_in": "tension"}, "--drive T_in=tension -- expected a role of load, bend, temperature, position, none"),
         ({"T_inn": "load"}, "--drive T_inn=load -- expected a column of the runs"),
         ({"F": "load"}, "--drive F=load -- expected no variable of LuGreFriction"),
     ],
@@ -99,7 +100,17 @@ def test_a_copy_of_the_load_and_a_name_that_is_none_drive_nothing() -> None:
     one = rig(5, 0.0)
     more = {"copy": 3.0 * one.columns["T_in"] + 1.0, "my load": np.sin(one.time)}
     record = Record("r", one.time, {**one.columns, **more}, {**one.units, "copy": "N", "my load": "N"})
-    assert set(roles([record])) == {"x", "T_in", "F_lateral"}
+    assert set(roles([record])) == {"x", "T_in", "F_lateral", "temperature"}
+
+
+def test_a_temperature_is_in_kelvin_and_a_second_thermometer_that_says_the_same_drives_nothing() -> None:
+    one = rig(8, 0.0)
+    more = {"t_2": 0.5 * one.columns["temperature"] + 146.0, "t_3": np.cos(0.9 * one.time) + 300.0}
+    record = Record("r", one.time, {**one.columns, **more}, {**one.units, "t_2": "K", "t_3": "K"})
+    assert {c for c, role in roles([record]).items() if role == "temperature"} == {"temperature", "t_3"}
+    model, notes = with_drives(kernel("LuGreFriction"), [record], ("F",), {"voltage": "temperature"})
+    assert "voltage" not in [v.name for v in model.inputs]
+    assert any(n.startswith("voltage drives no effect: it is in V") for n in notes)
 
 
 def test_load_effects_have_a_place_once_a_column_is_a_load() -> None:
@@ -110,6 +121,7 @@ def test_load_effects_have_a_place_once_a_column_is_a_load() -> None:
     specs = {a.spec for a in possible("LuGreFriction", ("F",), (), drives_of(listening))}
     assert {"load_dependence~T_in[N]", "load_dependence~F_lateral[N]", "stiffness_hardening~x[m]"} <= specs
     assert not any(s.startswith("bend_angle") for s in specs)
+    assert {s for s in specs if s.startswith("temperature")} == {"temperature_dependence"}  # the column of that name
 
 
 def test_a_position_counts_from_its_own_origin_and_the_next_motion_moves_it() -> None:
@@ -132,6 +144,35 @@ def test_the_tension_that_drives_friction_is_named_and_nothing_else_is(k: float)
         assert found.model is not None
         assert [v.name for v in found.model.kernel().inputs] == ["v", "T_in"]
         assert found.model.parameters["load_dependence.k"].value == pytest.approx(k, rel=0.1)
+    else:
+        assert found.verdict in ("none", "parameters")
+        assert found.effects == ()
+
+
+def warmed(seed: int, beta: float) -> Record:
+    """A rig in a room whose heating goes on and off: its grease thins as exp(-beta (T - 295 K)), felt 0.2 s late."""
+    one = rig(seed, 0.0)
+    rng, t = np.random.default_rng(seed), one.time
+    room = 295.0 + 9.0 * np.sin(2 * np.pi * t / (0.61 * t[-1]) + 6.0 * rng.random())
+    felt = np.interp(t - 0.2, t, room)
+    force = one.columns["F"] * np.exp(-beta * (felt - 295.0)) + 0.01 * rng.normal(size=t.size)
+    read = np.round(room + 0.05 * rng.normal(size=t.size), 1)
+    return replace(one, name=f"warmed {seed}", columns={**one.columns, "F": force, "temperature": read})
+
+
+@pytest.mark.parametrize("beta", [0.023, 0.0])
+def test_the_temperature_that_friction_follows_is_named_and_is_not_where_it_does_nothing(beta: float) -> None:
+    found = diagnose(
+        kernel("LuGreFriction"), [warmed(21, beta), warmed(22, beta)], values=GIVEN, holdout=[warmed(23, beta)]
+    )
+    if beta:
+        assert found.effects == ("temperature_dependence",)
+        assert found.family == ("time",)
+        assert found.model is not None
+        assert [(v.name, v.quantity.unit) for v in found.model.kernel().inputs] == [("v", "m/s"), ("temperature", "K")]
+        over = np.linspace(-9.0, 9.0, 99)
+        slope, level = np.polyfit(over + 1.85, np.exp(-beta * over), 1)  # the line that is nearest, from 293.15 K on
+        assert found.model.parameters["temperature_dependence.beta"].value == pytest.approx(-slope / level, rel=0.1)
     else:
         assert found.verdict in ("none", "parameters")
         assert found.effects == ()

@@ -13,9 +13,9 @@ from tsm_fmu.models.contract import SIGNALS, flat, packed
 
 IDS = (
     "coulomb viscous stribeck acceleration_branches inertia friction_lag presliding_shape nonlocal_memory "
-    "breakaway_ageing load_dependence bend_angle drive_direction direction_asymmetry offset_drift gain_error backlash "
-    "smooth_backlash tendon_elasticity stiffness_hardening slack creep thermal wear drum_periodic winding_crossover "
-    "delay sensor_lag quantisation"
+    "breakaway_ageing load_dependence bend_angle temperature_dependence drive_direction direction_asymmetry "
+    "offset_drift gain_error backlash smooth_backlash tendon_elasticity stiffness_hardening slack creep thermal "
+    "wear drum_periodic winding_crossover delay sensor_lag quantisation"
 ).split()
 """The first public ids, in the order of the vocabulary: cards and logs of users hold them."""
 

@@ -38,6 +38,10 @@ def test_static_force_laws(time):
         ("inertia", (("m", 0.37),)): (y + 0.37 * 5.0 * x, {"a": 5.0 * x}),
         ("load_dependence", (("k", 0.37),)): (y + 0.37 * np.abs(load) * z, {}),
         ("bend_angle", (("mu", 0.16),)): (y + 0.16 * (2.0 + x) * np.abs(load) * z, {"bend": 2.0 + x}),
+        ("temperature_dependence", (("beta", 0.07),)): (
+            np.where(x < 13.0, y * (1.0 - 0.07 * x), 0.0), {"temperature": 293.15 + x}),
+        ("temperature_dependence", (("beta", 3.0),)): (
+            y * np.maximum(0.0, 1.0 - 3.0 * x), {"temperature": 293.15 + x}),
         ("drive_direction", (("k_m", 0.3), ("k_e", 0.17))): (y + np.abs(0.3 * (load + y) - 0.17 * load) * z, {}),
         ("direction_asymmetry", (("eps", -0.37), ("df_v", 0.23))): (y * (1.0 - 0.37 * s) + 0.23 * np.abs(v), {}),
         ("gain_error", (("g", 0.073),)): (1.073 * y, {}),

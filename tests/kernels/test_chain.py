@@ -23,10 +23,10 @@ def excitation(k: Kernel, seed: int, rows: int = 1200) -> tuple[np.ndarray, np.n
 
 
 def possible(name: str) -> tuple[str, ...]:
-    """Every effect that the model can carry, at its first place; the sheath's angle apart (it adds an input)."""
+    """Every effect that the model can carry, at its first place; what adds an input apart."""
     found = []
     for module in EFFECTS:
-        if module.NAME == "bend_angle":
+        if {"bend", "temperature"} & set(module.Inputs._fields):
             continue
         try:
             found.append(attach(kernel(name), module.NAME).spec)

@@ -57,7 +57,7 @@ def test_an_output_that_moves_at_once_is_told_to_follow(model, spec):
 
 def test_the_natural_loop_stays_open_with_effects_that_read_no_load():
     """A drive on an inertia: its motion does not follow the torque at once, whatever wears, creeps or drifts in it."""
-    load_like = {name for name in SIGNALS if name in ("load", "drive", "bend")}
+    load_like = {name for name in SIGNALS if name in ("load", "drive", "bend", "temperature")}
     for module in EFFECTS:
         if not load_like & set(module.Inputs._fields):
             try:

@@ -27,6 +27,8 @@ from tsm_fmu.models.contract import InputError
         ("bend_angle~Theta[rad]", "bend_angle"),
         ("bend_angle~q[rad],f[N.m]", "bend_angle~f[N.m],q[rad]"),
         ("offset_drift@F", "offset_drift@F"),
+        ("temperature_dependence~temperature", "temperature_dependence"),
+        ("temperature_dependence~oil[K]", "temperature_dependence~oil[K]"),
         ("drum_periodic@F~phi[rad]", "drum_periodic@F~phi[rad]"),
     ],
 )
@@ -55,6 +57,7 @@ def test_words_say_what_drives() -> None:
         ("load_dependence~my load[N]", "expected a name"),
         ("load_dependence~sigma0[N]", "sigma0 is its own"),
         ("viscous~T_in[N]", "it takes nothing measured"),
+        ("temperature_dependence~temperature=oil[V]", "expected K, to which degC is brought"),
     ],
 )
 def test_what_cannot_drive_is_one_line(text: str, said: str) -> None:
@@ -112,3 +115,16 @@ def test_a_chain_driven_by_a_column_is_made_where_nothing_can_be_kept(monkeypatc
     k = chain("LuGreFriction", ("load_dependence~T_nowhere[N]",))
     assert (k.inputs[-1].name, k.inputs[-1].quantity.unit) == ("T_nowhere", "N")
     assert k.module.__file__ == f"<{k.module.__name__.rpartition('.')[2]}>"
+
+
+@pytest.mark.parametrize(("flavour", "fmi"), [("python", 2), ("native", 3)])
+def test_a_temperature_that_nobody_connects_is_that_of_a_room(tmp_path: Path, flavour: str, fmi: int) -> None:
+    k = chain("TendonDrive", ("temperature_dependence~oil[K]",))
+    fmu = build_fmu(k, tmp_path / "f.fmu", flavour=flavour, fmi=fmi)
+    starts = {v.name: v.start for v in read_model_description(str(fmu)).modelVariables if v.causality == "input"}
+    assert float(starts["oil"]) == 293.15
+    assert float(starts["x_in"]) == 0.0
+    rng, t = np.random.default_rng(5), np.arange(90) * 0.0113
+    inputs = np.column_stack([np.cumsum(rng.normal(size=(90, 2)), axis=0), np.full(90, 293.15)])
+    warm = k.simulate(k.params(None, {"temperature_dependence.beta": 0.037}), t, inputs)
+    assert np.array_equal(warm, kernel("TendonDrive").simulate(kernel("TendonDrive").params(), t, inputs[:, :2]))

@@ -21,13 +21,18 @@ T = np.arange(900) * 0.0107
 
 def inputs_of(names: list[str]) -> np.ndarray:
     signals = {"x_in": 1.9 * np.sin(2.3 * T), "f": 0.31 + 0.17 * np.cos(0.7 * T), "q": 2.1 + 0.4 * np.sin(0.3 * T)}
+    signals["w"] = 295.0 + np.cos(0.2 * T)
     signals["tau_out"] = signals["f"]
     return np.column_stack([signals[n] for n in names])
 
 
 def spec(module, column: bool = True) -> str:
     asked = module.Inputs._fields
-    drives = [text for signal, text in (("load", "f[N.m]"), ("bend", "q[rad]")) if signal in asked and column]
+    drives = [
+        text
+        for signal, text in (("load", "f[N.m]"), ("bend", "q[rad]"), ("temperature", "w[K]"))
+        if signal in asked and column
+    ]
     return f"{module.NAME}@x_out" + (f"~{','.join(drives)}" if drives else "")
 
 

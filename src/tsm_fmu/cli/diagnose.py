@@ -25,7 +25,9 @@ def diagnose(
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same result.")] = 0,
     drive: Annotated[
         list[str],
-        typer.Option(metavar="COLUMN=ROLE", help="What a column drives: load, bend, position, none; repeatable."),
+        typer.Option(
+            metavar="COLUMN=ROLE", help="What a column drives: load, bend, temperature, position, none; repeatable."
+        ),
     ] = [],  # noqa: B006
     improve: Annotated[
         bool,

@@ -115,7 +115,7 @@ FURTHER_RATIO = 1.0
 # How far the search goes
 
 MOST_EFFECTS = 3
-"""Effects in a hypothesis: with more, almost any gap can be closed."""
+"""Effects in a hypothesis, and in an answer: with more, almost any gap can be closed."""
 
 REFITTED_CANDIDATES = 10
 """Candidates refitted, of those that one linear step ranks best; the right one was always among them."""
@@ -157,14 +157,14 @@ SLOW_RATIO = 6.0
 """Residual over its white part beyond which it is no instrument's noise, even if it is smaller than that."""
 
 EXPLAINED_SHARE = 0.8
-"""Part of the gap that effects must close where something lawful is left all the same."""
+"""Part of the gap that effects must close on held-out runs, and where something lawful is left all the same."""
 
 OPEN_GAP_EFFECTS = 2
 """At most so many effects are named where something lawful is left: of three flexible laws some sum closes nearly any
 gap."""
 
 REFERENCE_RATIO = 1.3
-"""A gap within this factor of that on reference runs is the form of the model."""
+"""A gap within this factor of that on reference runs is the form of the model, and so is what an effect removes."""
 
 GAP_FLOOR_SHARE = 0.02
 """Mean square above the floor, as a part of the floor's, from which on there is a gap to close."""

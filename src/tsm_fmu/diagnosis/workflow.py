@@ -116,7 +116,8 @@ def diagnose(
     seed : int
         Of the noise that residuals are compared with.
     drive : mapping of str to str, optional
-        What a column of the runs may be for effects, instead of what its unit says: load, bend, position or none.
+        What a column of the runs may be for effects, instead of what its unit says: load, bend, temperature,
+        position or none.
     improve : bool
         Go on, effect after effect, to the model that predicts best; see `choice.path`.
     progress : callable

@@ -29,6 +29,7 @@ EFFECTS: tuple[ModuleType, ...] = tuple(
         "breakaway_ageing",
         "load_dependence",
         "bend_angle",
+        "temperature_dependence",
         "drive_direction",
         "direction_asymmetry",
         "offset_drift",

@@ -43,6 +43,7 @@ SCALES = {
     "N": (6.3, 3.7),
     "N.m": (0.037, 0.083),
     "V": (0.7, 11.3),
+    "K": (297.0, 7.3),
 }
 """Offset and amplitude by unit; for v and a by the unit of the way."""
 OTHER = (0.13, 1.9)

@@ -10,7 +10,7 @@ from ..effects.coordinates import Motion, MotionParams
 from ..models.contract import variables
 from .attached import Attached
 from .chain_dependencies import dependencies
-from .drives import MEANINGS, Drive
+from .drives import MEANINGS, STARTS, Drive
 from .kernel import Kernel
 
 
@@ -119,7 +119,7 @@ class Writer:
     def _classes(self) -> list[str]:
         left_out = tuple(f for f in MotionParams._fields if not self._own_motion_parameter(f))
         motion_units = {"x": self._motion_unit()}
-        inputs = 'joined(__name__, "Inputs", Part("", model_Inputs, None, {}), Part("", Driven, None, {}))'
+        inputs = 'joined(__name__, "Inputs", Part("", model_Inputs, None, {}), Part("", Driven, Driven(), {}))'
         lines = [
             *self._driven_class(),
             f"Inputs = {inputs if self.drives else 'model_Inputs'}",
@@ -147,7 +147,7 @@ class Writer:
         for d in self.drives:
             display = ', display="deg"' if d.unit == "rad" else ""
             quantity = f'Quantity("{d.unit}", "measured {d.column}: {MEANINGS[d.role]}"{display})'
-            lines.append(f"    {d.column}: Annotated[float, {quantity}]")
+            lines.append(f"    {d.column}: Annotated[float, {quantity}] = {STARTS.get(d.role, 0.0)!r}")
         return [*lines, "", ""]
 
     def _conditions(self) -> list[str]:

@@ -1,4 +1,4 @@
-"""Measured columns that drive effects: a tension, a load, a sheath's angle that a model has no input for.
+"""Measured columns that drive effects: a tension, a load, a sheath's angle, a temperature without an input in a model.
 
 An effect says with ``~`` what drives it: ``load_dependence~T_in[N]``, ``bend_angle~Theta_2[rad],F_tip[N]``. The chain
 gains an input for each such column. What a column is for follows from its unit and the signals that the effect takes;
@@ -16,10 +16,17 @@ from typing import NamedTuple
 from ..models import MODELS
 from ..models.contract import InputError, variables
 
-ROLES = {"load": "load", "bend": "bend", "position": "x"}
+ROLES = {"load": "load", "bend": "bend", "temperature": "temperature", "position": "x"}
 """What a column may be, in the words of users, with the signal of an effect that it is then."""
-MEANINGS = {"load": "load or tension", "bend": "total bending angle of the sheath", "position": "position of the drive"}
-ROLE_OF_UNIT = {"N": "load", "N.m": "load", "Pa": "load", "A": "load", "rad": "bend", "m": "position"}
+MEANINGS = {
+    "load": "load or tension", "bend": "total bending angle of the sheath", "temperature": "temperature",
+    "position": "position of the drive",
+}  # fmt: skip
+STARTS = {"temperature": 293.15}
+"""Start values of inputs whose zero is no state that a rig is in."""
+ROLE_OF_UNIT = {
+    "N": "load", "N.m": "load", "Pa": "load", "A": "load", "rad": "bend", "K": "temperature", "m": "position",
+}  # fmt: skip
 """What a column is for, by its unit. A current is the load of a motor, as far as its torque follows it."""
 
 
@@ -47,7 +54,8 @@ class Drive(NamedTuple):
 
 
 ANGLE = Drive("bend", "Theta", "rad")
-"""What an effect of the sheath's angle is driven by where nothing is said."""
+IMPLIED = (ANGLE, Drive("temperature", "temperature", "K"))
+"""What an effect of the sheath's angle, or of a temperature, is driven by where nothing is said."""
 
 
 def implied_role(unit: str, asked: Sequence[str]) -> str:
@@ -80,13 +88,19 @@ def read_drives(text: str, module: ModuleType) -> tuple[Drive, ...]:
                 f"column {column}[{unit}] drives {module.NAME}{f' as {role}' if role else ''} -- it takes {takes} "
                 f"-- say which: {module.NAME}~ROLE={column}[{unit}]"
             )
+        if role == "temperature" and unit != "K":
+            raise InputError(
+                f"column {column}[{unit}] as temperature of {module.NAME} -- expected K, to which degC is "
+                f"brought -- give its unit with --map"
+            )
         if not column.isidentifier() or keyword.iskeyword(column) or column.endswith("_") or "__" in column:
             raise InputError(f"column {column!r} -- expected a name of letters, digits and _ -- rename it with --map")
         if role in found:
             raise InputError(f"{module.NAME}~{text} -- expected one column as {role} -- drop one")
         found[role] = Drive(role, column, unit)
-    if "bend" in asked and "bend" not in found:
-        found["bend"] = ANGLE
+    for drive in IMPLIED:
+        if drive.signal in asked:
+            found.setdefault(drive.role, drive)
     return tuple(found[role] for role in ROLES if role in found)
 
 
@@ -96,14 +110,14 @@ def text_of(drives: Sequence[Drive], module: ModuleType) -> str:
     return ",".join(
         f"{'' if implied_role(d.unit, asked) == d.role else f'{d.role}='}{d.column}[{d.unit}]"
         for d in drives
-        if d != ANGLE
+        if d not in IMPLIED
     )
 
 
 @cache
 def _known_units() -> dict[str, str]:
     """Units of the columns that a model has a name for."""
-    found = {ANGLE.column: ANGLE.unit}
+    found = {d.column: d.unit for d in IMPLIED}
     for module in MODELS:
         for fields in (module.Inputs, module.Outputs):
             found |= {v.name: v.quantity.unit for v in variables(fields)}

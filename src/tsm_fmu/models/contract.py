@@ -81,6 +81,7 @@ SIGNALS = {
     "load": "the model's load, `Roles.load`, or a column of the log",
     "drive": "load or tension at the drive side, `Roles.drive`; 0 in a model without",
     "bend": "total bending angle of the sheath, a column of the log: the chain gains an input for it",
+    "temperature": "a measured temperature, a column of the log: the chain gains an input for it",
 }
 """What an effect may take as fields of its ``Inputs``, by name; x to z are those of effects/coordinates.py."""
 

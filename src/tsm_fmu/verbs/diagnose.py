@@ -49,8 +49,8 @@ def diagnose(
         Same seed, same result.
     drive : mapping of str to str, optional
         What a column of the runs beyond the model's variables may be for effects: ``load`` (tensions, forces, motor
-        currents), ``bend`` (a sheath's angle), ``position`` (of a model driven by its speed) or ``none``. Without it
-        its unit says so.
+        currents), ``bend`` (a sheath's angle), ``temperature``, ``position`` (of a model driven by its speed) or
+        ``none``. Without it its unit says so.
     improve : bool
         Also go on, effect after effect, to the model that predicts best on runs left out of the fit (two measured runs
         or more; minutes): ``improved`` of the result. It may hold effects that are useful and not named.

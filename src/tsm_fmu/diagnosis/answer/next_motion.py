@@ -74,6 +74,7 @@ def menu(fitted: Fitted) -> list[tuple[str, FloatArray, FloatArray]]:
     drives = fitted.task.drives
     loads = [("load", load), *((d.column, d.column) for d in drives if d.role == "load")]
     loads += [("sheath angle", d.column) for d in drives if d.role == "bend"]
+    loads += [(d.column, d.column) for d in drives if d.role == "temperature"]
     secondary = {word: names.index(n) for word, n in loads if n in names}
     places_as = [motion, *(d.column for d in drives if d.role == "position")]
     found = []

@@ -85,7 +85,9 @@ def floors_of(
     if reference_fit is not None:  # gaps are judged against the larger floor
         noise, least = np.maximum(noise, reference_fit.rmse), np.maximum(least, reference_fit.rmse)
     open_ = open_channels(winner, refitted.fitted, reference_fit, stepped)
-    unexplained = open_ & ~_mostly_explained(winner, refitted, reference_fit)
+    unexplained = (open_ & ~_mostly_explained(winner, refitted, reference_fit)) | _lost_elsewhere(
+        winner, refitted, noise
+    )
     return Floors(noise, least, None if reference_fit is None else reference_fit.rmse, open_, unexplained)
 
 
@@ -136,6 +138,19 @@ def _mostly_explained(one: Hypothesis, refitted: Hypothesis, reference_fit: Fitt
     if one.held_out is not None and refitted.held_out is not None:
         gap, left = gap + refitted.held_out - noise**2, left + one.held_out - noise**2
     return (left < (1.0 - EXPLAINED_SHARE) * np.maximum(gap, 1e-300)) & bool(one.effects)
+
+
+def _lost_elsewhere(one: Hypothesis, refitted: Hypothesis, noise: FloatArray) -> BoolArray:
+    """Channels in which effects that close the gap of the measured runs leave much of that of held-out ones.
+
+    A law that is the rig's carries over to other motions; what only patches the form of the model does not.
+    """
+    if one.held_out is None or refitted.held_out is None or not one.effects:
+        return np.zeros(noise.size, bool)
+    gap, left = refitted.held_out - noise**2, one.held_out - noise**2
+    acts = refitted.measured - one.measured > (EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
+    plain = gap > (EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
+    return acts & plain & (left > (1.0 - EXPLAINED_SHARE) * gap)
 
 
 def white_noise(fitted: Fitted) -> FloatArray:

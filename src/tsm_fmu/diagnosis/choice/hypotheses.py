@@ -24,6 +24,7 @@ from ..criteria import (
     REFITTED_CANDIDATES,
     RIVAL_COST_RATIO,
 )
+from ..fits.disguise import disguised
 from ..fits.nuisance import (
     Start,
     begun_with,
@@ -94,6 +95,11 @@ class Hypothesis:
     def has_large_nuisance(self) -> bool:
         """Whether a nuisance effect removes as much as a missing effect, form or not: it may stand for another one."""
         return bool(self._significant)
+
+    @cached_property
+    def disguised(self) -> bool:
+        """Whether one of its effects has lost its signature: it then says nothing of what is missing."""
+        return any(disguised(self.fitted, spec) for spec in self.added)
 
     @cached_property
     def fit_without_nuisances(self) -> Fitted:

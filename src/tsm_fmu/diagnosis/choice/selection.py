@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ...regression.problem import FitRun
 from ...regression.threads import together
-from ..criteria import FOLDED_HYPOTHESES
+from ..criteria import FOLDED_HYPOTHESES, MOST_EFFECTS
 from .baselines import Baselines
 from .floors import Floors, floors_of
 from .hypotheses import Hypothesis, can_leave_out, left_out_in_turn
@@ -63,4 +65,6 @@ def select(
             floors = replace(floors, unexplained=floors.open_)
         else:
             choice = fewer
+    if len(choice.winner.effects) > MOST_EFFECTS:  # its nuisance effects counted: some sum of so many closes any gap
+        floors = replace(floors, unexplained=np.ones_like(floors.open_))
     return Selection(baselines, tuple(found), choice, floors)

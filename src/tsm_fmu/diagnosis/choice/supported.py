@@ -27,6 +27,7 @@ from ..criteria import (
     DIFFERENCE_DEVIANCE,
     FIT_SPREAD_SHARE,
     LAW_FORM_SHARE,
+    REFERENCE_RATIO,
 )
 from ..fits.nuisance import nearly_removed, refit_without
 from .hypotheses import Hypothesis, find_significant_nuisances, with_fit
@@ -58,10 +59,12 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
     Parameters
     ----------
     hypotheses : sequence of Hypothesis
-        The first has no effect but the nuisance effects.
+        The first has no effect but the nuisance effects. Those whose effects have lost their signature are no
+        candidates.
     refitted : Hypothesis
         The refitted model without those nuisance effects: what is removed is counted from it.
     """
+    hypotheses = [h for h in hypotheses if not h.disguised]
     best = min(hypotheses, key=log_residual)
     best_without = without_corrections(best, hypotheses)
     near = [h for h in hypotheses if not _clearly_worse(h, best_without, refitted)]
@@ -109,6 +112,7 @@ def dominated(one: Hypothesis, other: Hypothesis) -> bool:
 
 def leading(hypotheses: Sequence[Hypothesis]) -> Hypothesis:
     """The one that leaves least, of those that no other leaves as little with fewer parameters: one to build on."""
+    hypotheses = [h for h in hypotheses if not h.disguised] or hypotheses
     best = min(hypotheses, key=log_residual)
     simpler = [h for h in hypotheses if dominated(best, h) and len(h.effects) <= len(best.effects)]
     return min(simpler, key=log_residual, default=best)
@@ -186,7 +190,7 @@ def _within_allowance(
     limit = np.square(least if fewer else FIT_SPREAD_SHARE) * spread
     form = np.where(nearly_explained, 0.0, LAW_FORM_SHARE)
     if fewer:
-        limit = np.maximum(limit, best.fitted.task.discrepancy**2)
+        limit = np.maximum(limit, (REFERENCE_RATIO * best.fitted.task.discrepancy) ** 2)
     pairs = [(one.measured, best.measured, baseline, best.effective)]
     if one.held_out is not None and best.held_out is not None and baseline_held_out is not None:
         pairs.append((one.held_out, best.held_out, baseline_held_out, best.effective_held_out))

@@ -83,9 +83,8 @@ def _columns(base: Kernel, module: ModuleType, drives: Sequence[Drive]) -> list[
         if signal not in signals:
             continue
         matching = [d for d in drives if d.role == role]
-        without_column = {"load": bool(base.roles.load) or "load" in module.ABOUT.optional, "bend": False}.get(
-            role, base.motion != "v" or not matching
-        )
+        known = {"load": bool(base.roles.load) or "load" in module.ABOUT.optional, "bend": False, "temperature": False}
+        without_column = known.get(role, base.motion != "v" or not matching)
         choices.append([*([None] if without_column else []), *matching])
     return [text_of([d for d in one if d], module) for one in product(*choices)]
 
@@ -127,6 +126,8 @@ def _lacks(base: Kernel, module: ModuleType, drives: Sequence[Drive]) -> str:
         return f"a load in {friction_unit(base)}, the unit of the friction"
     if "bend" in signals and "bend" not in given:
         return "the sheath's angle"
+    if "temperature" in signals and "temperature" not in given:
+        return "a temperature"
     if signals & set(Motion._fields) and not base.motion:
         return "a motion"
     return ""

@@ -107,6 +107,8 @@ class _Sizes:
         self.pace = self.span / self.v
         loads = np.concatenate([_loads(c) for c in places])
         self.loads = np.maximum(np.max(np.abs(loads), axis=0), 1e-300)
+        warm = np.concatenate([c.temperatures if c.temperatures.size else np.empty((c.x.size, 0)) for c in places])
+        self.mild, self.warming = warm.mean(axis=0), np.maximum(np.ptp(warm, axis=0), 1e-300)
         y = np.concatenate(outputs)
         self.y_mean, self.y = float(y.mean()), float(y.std()) or 1.0
 
@@ -162,6 +164,7 @@ def _time(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
     way = np.cumsum(np.abs(np.diff(c.x, prepend=c.x[0]))) / r.travel
     warm = [_lag(s / (s + 0.1), c, part * r.length) for part in (0.1, 0.3)]
     fades = [t, t * t, np.exp(-t / 0.1), np.exp(-t / 0.3), way, np.exp(-way / 0.1), np.exp(-way / 0.4), *warm]
+    fades += [*((c.temperatures - r.mild) / r.warming).T] if c.temperatures.size else []
     return [*fades, *(c.z * f for f in fades), *(c.v / r.v * f for f in fades[2:4])]
 
 

@@ -1,4 +1,4 @@
-"""Columns of a log beyond the model's variables that may drive an effect: a tension, a load, a sheath's angle.
+"""Columns of a log beyond the model's variables that may drive an effect: a tension, a load, an angle, a temperature.
 
 Their units say what they may be (`kernels/drives.py`). A column that measures what is compared is no cause of it, and
 one that follows the model's own load, or another column, says nothing new.
@@ -13,7 +13,7 @@ import numpy as np
 
 from ...kernels.arrays import FloatArray
 from ...kernels.chain import chain
-from ...kernels.drives import ANGLE, ROLE_OF_UNIT, ROLES, Drive
+from ...kernels.drives import IMPLIED, ROLE_OF_UNIT, ROLES, Drive
 from ...kernels.kernel import Kernel
 from ...logs.record import Record
 from ...models.contract import InputError
@@ -57,10 +57,10 @@ def with_drives(
         if column in of_model or roles.get(column) == NONE:
             continue
         lacking = [r.name for r in records if column not in r.columns]
-        if column == ANGLE.column and column not in roles:
-            for record in records:
-                if column in record.columns:
-                    record.require(column, ANGLE.unit)
+        for drive in IMPLIED:
+            if column == drive.column and column not in roles:
+                for record in (r for r in records if column in r.columns):
+                    record.require(column, drive.unit)
         units = {r.units[column] for r in records if column in r.columns}
         role = roles.get(column) or (_role(model, units.pop(), records, column, lacking) if len(units) == 1 else "")
         if not role:
@@ -119,17 +119,19 @@ def _refusal(
         return "its name is no name of a variable, rename it with --map"
     if drive.role in ("bend", "position") and any(d.role == drive.role for d in taken) and not by_user:
         return f"{next(d.column for d in taken if d.role == drive.role)} is taken for it"
-    if by_user or drive.role != "load":
+    if drive.role == "temperature" and drive.unit != "K":
+        return f"it is in {drive.unit}, and a temperature is in K or degC"
+    if by_user or drive.role not in ("load", "temperature"):
         return ""
     values = _joined(records, name)
     units = {v.name: v.quantity.unit for v in model.outputs}
-    for channel in channels:
+    for channel in channels if drive.role == "load" else ():
         if ROLE_OF_UNIT.get(units[channel]) != "load":
             continue
         if _common_variance(values, _joined(records, channel)) > EFFECT_OF_CHANNEL_SHARE:
             return f"it follows {channel}, which is compared: another measurement of it, no cause"
-    known = [model.roles.load] if model.roles.load in records[0].columns else []
-    for other in (*known, *(d.column for d in taken if d.role == "load")):
+    known = [model.roles.load] if drive.role == "load" and model.roles.load in records[0].columns else []
+    for other in (*known, *(d.column for d in taken if d.role == drive.role)):
         if all(other in r.columns for r in records) and _common_variance(values, _joined(records, other)) > COPY_SHARE:
             return f"it follows {other}"
     return ""

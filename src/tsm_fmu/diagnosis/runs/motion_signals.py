@@ -34,6 +34,7 @@ class Coordinates:
     time : ndarray
     driven : ndarray, shape (n, k)
         Further loads, tensions and angles that the runs hold.
+    temperatures : ndarray, shape (n, k)
     """
 
     x: FloatArray
@@ -47,6 +48,7 @@ class Coordinates:
     load: FloatArray | None
     time: FloatArray
     driven: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    temperatures: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
 
     def part(self, rows: slice) -> Coordinates:
         """A copy at some of the samples."""
@@ -82,8 +84,10 @@ def coordinates_of(kernel: Kernel, run: FitRun, load: FloatArray | None, x_pre: 
     last = np.searchsorted(turned, np.arange(x.size), side="right") - 1
     since = np.where(last >= 0, np.abs(x - x[turned[np.maximum(last, 0)]]) if turned.size else span, span)
     full = Coordinates(x, v, a, s, z, np.full(x.size, x_pre), since, _last_hold(v, time), None, time)
-    beside = [names.index(d.column) for d in drives_of(kernel) if d.role != "position"]
-    return replace(full.part(slice(run.lead_time.size, None)), load=load, driven=run.inputs[:, beside])
+    warm = [names.index(d.column) for d in drives_of(kernel) if d.role == "temperature"]
+    beside = [names.index(d.column) for d in drives_of(kernel) if d.role in ("load", "bend")]
+    driven, temperatures = run.inputs[:, beside], run.inputs[:, warm]
+    return replace(full.part(slice(run.lead_time.size, None)), load=load, driven=driven, temperatures=temperatures)
 
 
 def position_of(kernel: Kernel, time: FloatArray, inputs: FloatArray) -> FloatArray:

@@ -1,0 +1,78 @@
+"""What is not named although it closes the gap: laws without their signature, and those that do not carry over."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.diagnosis.test_choice import made
+from tsm_fmu.diagnosis.choice.floors import _lost_elsewhere
+from tsm_fmu.diagnosis.choice.supported import choice_of
+from tsm_fmu.diagnosis.fits.disguise import disguised
+
+LIMITS = {
+    "wear.L": (0.31, 47.0), "breakaway_ageing.theta_0": (0.066, 83.0), "breakaway_ageing.L_0": (1e-4, 0.3),
+    "x_out.creep.tau": (0.07, 91.0), "thermal.v_0": (0.01, 0.4),
+}  # fmt: skip
+
+
+def fit(**values: float) -> Any:
+    named = {name.replace("__", "."): value for name, value in values.items()}
+    return SimpleNamespace(task=SimpleNamespace(limits=LIMITS), values=named)
+
+
+@pytest.mark.parametrize(
+    ("spec", "values", "expected"),
+    [
+        ("wear", {"wear__L": 0.31}, True),  # over at once: a start-up
+        ("wear", {"wear__L": 0.33}, False),
+        ("wear", {"wear__L": 47.0}, False),  # straight over the log, and wear all the same
+        ("breakaway_ageing", {"breakaway_ageing__theta_0": 0.06601}, True),  # a step after each rest
+        ("breakaway_ageing", {"breakaway_ageing__theta_0": 82.99}, True),  # a straight line in disguise
+        ("breakaway_ageing", {"breakaway_ageing__theta_0": 1.3}, False),
+        ("breakaway_ageing", {"breakaway_ageing__theta_0": 1.3, "breakaway_ageing__L_0": 1e-4}, False),  # no time
+        ("creep@x_out", {"x_out__creep__tau": 0.07}, True),
+        ("creep@x_out", {"x_out__creep__tau": 5.0}, False),
+        ("thermal", {"thermal__v_0": 0.01, "thermal__tau": 3.0}, False),  # a speed, and a time without a range
+        ("inertia", {}, False),
+    ],
+)
+def test_a_law_at_the_end_of_its_range_of_time_or_travel_is_another_one(
+    spec: str, values: dict[str, float], expected: bool
+) -> None:
+    everywhere = {name.replace(".", "__"): 1.0 for name in LIMITS}
+    assert disguised(fit(**{**everywhere, **values}), spec) is expected
+
+
+@pytest.mark.parametrize(("theta_0", "expected"), [(0.066, "inertia"), (1.7, "breakaway_ageing")])
+def test_a_disguised_law_is_no_candidate_however_little_it_leaves(theta_0: float, expected: str) -> None:
+    plain, other, sound = made("", 0.31), made("breakaway_ageing", 0.02), made("inertia", 0.09)
+    task: Any = other.fitted.task
+    task.limits = LIMITS
+    vars(other.fitted)["values"] = {"breakaway_ageing.theta_0": theta_0, "breakaway_ageing.L_0": 0.01}
+    assert [h.effects for h in choice_of([plain, other, sound], plain).supported] == [(expected,)]
+    assert choice_of([plain, other], plain).winner is (plain if expected == "inertia" else other)
+
+
+NOISE = 0.011
+
+
+@pytest.mark.parametrize(("share", "lost"), [(0.19, False), (0.21, True), (0.0, False), (0.9, True)])
+def test_a_law_carries_over_where_it_closes_four_fifths_of_the_gap_of_held_out_runs(share: float, lost: bool) -> None:
+    gap, unit = 0.083, 3.7  # above the noise, of the spread
+    plain = made("", 0.12, float(np.hypot(gap, NOISE)))
+    one = made("inertia", 0.02, float(np.sqrt(share * gap**2 + NOISE**2)))
+    assert _lost_elsewhere(one, plain, np.array([NOISE * unit])).tolist() == [lost]
+
+
+def test_nothing_is_lost_where_held_out_runs_show_no_gap_nothing_acts_or_nothing_is_held_out() -> None:
+    noise = np.array([NOISE * 3.7])
+    plain, one = made("", 0.12, 1.2 * NOISE), made("inertia", 0.02, 1.19 * NOISE)
+    assert not _lost_elsewhere(one, plain, noise).any()
+    still = made("inertia", 0.1199, 0.09)  # on this channel it does nothing
+    assert not _lost_elsewhere(still, made("", 0.12, 0.09), noise).any()
+    assert not _lost_elsewhere(made("inertia", 0.02), made("", 0.12), noise).any()
+    assert not _lost_elsewhere(made("", 0.02, 0.09), made("", 0.12, 0.1), noise).any()  # no effect: nothing is named
