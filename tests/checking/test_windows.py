@@ -160,6 +160,15 @@ def test_the_level_before_an_event_is_over_half_a_window(window: int, reach: int
         assert found == Event("glitch", 100, 100, 9.0 - level)
 
 
+@pytest.mark.parametrize(("apart", "found"), [(3, []), (4, [400, 404])])
+def test_a_spike_is_outside_three_neighbours_on_either_side(apart: int, found: list[int]) -> None:
+    for sign in (1.0, -1.0):
+        x = np.linspace(0.0, 1.0, 800)
+        x[[400, 400 + apart]] += 9.0 * sign
+        x[400 + apart] = x[400]
+        assert spikes(x).tolist() == found
+
+
 def test_a_channel_that_rests_has_no_spikes_however_exactly() -> None:
     assert spikes(np.full(800, 2.0)).size == 0
     x = np.zeros(800)

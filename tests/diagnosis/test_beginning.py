@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.fits.refit import Task, refit
-from tsm_fmu.diagnosis.runs.beginning import compared_after_start, friction_channels
+from tsm_fmu.diagnosis.runs.beginning import beginning_note, compared_after_start, friction_channels
 from tsm_fmu.diagnosis.runs.motion_signals import coordinates_of
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun, Problem
@@ -98,3 +98,15 @@ def test_a_state_that_is_forgotten_is_not_fitted(beginning: Callable[..., FitRun
     expected = 0.7 * 3.1 / found.values["sigma"] if fitted else 1e-5
     assert found.values["zeta_0"] == pytest.approx(expected, rel=0.03)
     assert found.values["rho1"] == pytest.approx(3.1, rel=0.01)
+
+
+def test_how_late_runs_are_compared_is_said_to_two_digits() -> None:
+    t = 0.013 * np.arange(900)
+    run = FitRun("a", t, t[:, None], t[:, None])
+    begins = [run.compared_from(first) for first in (0, 41, 180)]
+    said = "s after its start, once the drive has moved by 10 % of its stroke"
+    assert beginning_note(begins[:1]) == ()
+    assert beginning_note(begins[1:2])[0].startswith(f"each run is compared from 0.53 {said}")
+    assert beginning_note(begins)[0].startswith(f"each run is compared from 0 to 2.3 {said}")
+    assert beginning_note(begins[1:])[0].startswith(f"each run is compared from 0.53 to 2.3 {said}")
+    assert len(beginning_note(begins)) == 1

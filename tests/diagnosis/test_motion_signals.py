@@ -122,3 +122,31 @@ def test_a_tail_is_the_probability_of_a_normal_statistic() -> None:
     assert tail(few.min() - 1.0, few) == 1.0
     assert tail(1.0, np.full(99, 1.0)) == 1.0  # nothing is spread: as much every time
     assert tail(1.1, np.full(99, 1.0)) == 0.01
+
+
+def test_a_speed_that_is_derived_is_late_by_two_samples_and_its_acceleration_by_four() -> None:
+    """From rest into a ramp: filters of the first order, each exact for a signal that holds from sample to sample."""
+    t = DT * np.arange(400)
+    x = np.where(t < 0.4, 0.0, 0.7 * (t - 0.4))
+    after = t > 0.4 + 0.5 * DT
+    gone = t[after] - 0.4
+    found = at(x)
+    assert found.v[after] == pytest.approx(0.7 * (1.0 - np.exp(-gone / (2.0 * DT))), abs=1e-6)
+    assert not found.v[~after].any()
+    assert found.a.max() == pytest.approx(0.7 / (4.0 * DT), rel=0.5)
+    assert np.sum(found.a) * DT == pytest.approx(0.7, rel=1e-6)  # the speed that it has gained
+    still = found.a[t > 0.5]
+    assert np.abs(still).max() < 1e-2 * found.a.max()
+    late = np.sum(DT * (0.7 - np.cumsum(found.a) * DT)[after]) / 0.7
+    assert late == pytest.approx((2.0 + 4.0) * DT, abs=1.1 * DT)
+
+
+def test_the_presliding_distance_is_a_fiftieth_of_the_stroke_unless_it_is_known() -> None:
+    t = DT * np.arange(1000)
+    x = 0.3 + 0.9 * t
+    found = at(x)
+    assert found.x_pre == pytest.approx(np.full(1000, 0.02 * np.ptp(x)))
+    assert found.z == pytest.approx(1.0 - np.exp(-(x - x[0]) / (0.02 * np.ptp(x))), abs=1e-9)
+    known = coordinates_of(BACKLASH, FitRun("r", t, x[:, None], x[:, None]), None, 0.31)
+    assert known.z == pytest.approx(1.0 - np.exp(-(x - x[0]) / 0.31), abs=1e-9)
+    assert at(np.full(50, 0.3)).x_pre == pytest.approx(np.full(50, 0.02))  # of one, where nothing moves

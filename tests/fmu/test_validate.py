@@ -115,6 +115,21 @@ def test_a_cut_or_flipped_archive_never_raises(fmu, tmp_path):
         assert validate_fmu(path)
 
 
+@pytest.mark.parametrize("ending", [".so", "license.txt", "slavemodule.txt"])
+def test_a_damaged_member_is_the_only_problem_that_is_told(fmu, tmp_path, ending):
+    """No tool gets to unpack it."""
+    with zipfile.ZipFile(fmu) as archive:
+        member = next(i for i in archive.infolist() if i.filename.endswith(ending))
+    data, place = (
+        bytearray(fmu.read_bytes()),
+        member.header_offset + 30 + len(member.filename) + member.compress_size // 2,
+    )
+    data[place] ^= 0x5A
+    (tmp_path / "x.fmu").write_bytes(bytes(data))
+    (line,) = validate_fmu(tmp_path / "x.fmu")
+    assert "cannot be unpacked" in line
+
+
 def test_a_folder_is_no_fmu(tmp_path):
     assert "expected an existing file" in validate_fmu(tmp_path)[0]
 

@@ -40,6 +40,12 @@ def test_a_string_is_not_cut_and_a_line_without_a_place_stays():
     assert wrapped("x" * 200) == ["x" * 200]
 
 
+@pytest.mark.parametrize(("first", "broken"), [(21, False), (22, True)])
+def test_a_line_is_not_broken_in_its_first_twenty_letters(first: int, broken: bool):
+    line = "    " + "f" * (first - 3) + ", " + "x" * 120
+    assert len(wrapped(line)) == (2 if broken else 1)
+
+
 def test_a_comment_stands_behind_its_line_or_above_it():
     assert wrapped("    y = 1.0;", "  /* Eq (3) */") == ["    y = 1.0;  /* Eq (3) */"]
     line = "    y = " + "a" * 100 + ";"

@@ -16,6 +16,7 @@ PRIMARY, UNARY, TIMES, PLUS, ORDER, EQUAL, AND, OR, CHOICE = 15, 14, 13, 12, 10,
 """Ranks of C's operators: a higher one binds tighter."""
 
 _RANKS = {"*": TIMES, "/": TIMES, "%": TIMES, "+": PLUS, "-": PLUS}
+_INFINITE = {math.inf: "INFINITY", -math.inf: "-INFINITY"}
 _DUAL = {"+": "dual_add", "-": "dual_sub", "*": "dual_mul"}
 
 FAILING = ("acos", "asin", "atanh", "cos", "cosh", "exp", "expm1", "log", "log1p", "pow", "sin", "sinh", "sqrt", "tan")
@@ -74,9 +75,7 @@ def call(name: str, kind: Type, *arguments: Value, fault: bool = False) -> Value
 
 def literal_text(number: float) -> str:
     """A float as C has it, to the last bit."""
-    if math.isinf(number):
-        return "INFINITY" if number > 0.0 else "-INFINITY"
-    return repr(number)
+    return _INFINITE.get(number, repr(number))
 
 
 class Arithmetic(Protocol):
@@ -103,7 +102,7 @@ class Plain:
         return {FLOAT: "double", WHOLE: "double", INT: "int", BOOL: "bool"}[scalar]
 
     def literal(self, number: float) -> Value:
-        return Value(literal_text(number), FLOAT, UNARY if number < 0.0 else PRIMARY, number=number)
+        return Value(literal_text(number), FLOAT, number=number)  # a negative one is never negated, but folded
 
     def from_double(self, value: Value) -> Value:
         return value
@@ -156,7 +155,7 @@ class Dual:
 
     def plain(self, a: Value) -> Value:
         if a.number is not None:
-            return Value(literal_text(float(a.number)), FLOAT, UNARY if a.number < 0 else PRIMARY)
+            return Value(literal_text(float(a.number)), FLOAT)
         return Value(f"{inside(a, PRIMARY)}.v", FLOAT, PRIMARY, a.fails) if a.type == FLOAT else a
 
 

@@ -283,7 +283,7 @@ class Operators:
             if value.type == FLOAT:
                 return self.arithmetic.literal(-value.number)
             number = int(-value.number)
-            return Value(str(number), INT, UNARY if number < 0 else PRIMARY, number=number)
+            return Value(str(number), INT, number=number)
         if value.type == INT:
             return Value(f"-{inside(value, PRIMARY)}", INT, UNARY, value.fails)
         return self.arithmetic.negative(value)
