@@ -192,3 +192,22 @@ def test_best_wrong_is_none_of_the_answer() -> None:
     hidden = (*listed, candidate("wear", 0.9, 0.1, testable=False))
     assert best_wrong(found("named", effects=("inertia",), candidates=hidden)) is listed[2]
     assert best_wrong(found("ambiguous", equivalent=(("inertia", "delay"),), candidates=listed)) is listed[1]
+
+
+@pytest.mark.parametrize("other", ["F", "x_out"])
+def test_a_place_is_that_of_the_channel_of_the_answer(other: str) -> None:
+    """Whatever its name: of another channel it is not said."""
+    said = answer(found("named", effects=("inertia",), where=(replace(AFTER, channel=other),)))
+    assert said.startswith("Inertia explains 93 % of the disagreement of tau_in; held-out error")
+    rest = answer(found("none", where=(replace(AFTER, channel=other, rms=0.005),)))
+    assert "repeatable residual" not in rest
+
+
+@pytest.mark.parametrize(("explained", "said"), [(0.149, False), (0.151, True)])
+def test_a_place_is_said_where_it_explains_a_tenth_beyond_chance(explained: float, said: bool) -> None:
+    place = replace(AFTER, explained=explained, chance=0.05)
+    text = answer(found("named", effects=("inertia",), where=(place,)))
+    assert ("within 8 deg after reversals" in text) is said
+    assert "after reversals" not in answer(
+        found("named", effects=("inertia",), where=(replace(place, significant=False),))
+    )

@@ -13,8 +13,10 @@ from tsm_fmu.diagnosis.choice.hypotheses import (
     Hypothesis,
     find_significant_nuisances,
     hypothesis,
+    probe,
     refit_candidates,
     refit_rivals,
+    with_fit,
 )
 from tsm_fmu.diagnosis.choice.supported import refit_with_fewer
 from tsm_fmu.diagnosis.criteria import RIVAL_COST_RATIO
@@ -133,3 +135,31 @@ def test_what_a_candidate_gains_on_reference_runs_is_put_back(rig: Rig, known: d
     (nothing,) = refit_candidates(base, screened(base.fitted), [], same)
     assert nothing.fitted.rmse[0] < 0.5 * base.fitted.rmse[0]
     assert nothing.measured == pytest.approx(base.measured, rel=0.1)  # the reference runs lack it as much
+
+
+def test_what_is_held_out_is_a_mean_square_of_its_own(best: Hypothesis, rig: Rig) -> None:
+    held = [rig(77, inertia=MASS), rig(78, inertia=0.0, rows=900)]
+    one = hypothesis(("inertia",), best.fitted, ("wear",), held, 0.0003)
+    errors = np.concatenate(best.fitted.held_out_errors(held))
+    assert one.held_out == pytest.approx(np.mean(errors**2, axis=0) + 0.0003)
+    assert one.measured == pytest.approx(best.fitted.rmse**2 + 0.0003)
+    assert one.reference_gain == pytest.approx([0.0003])
+    assert (one.added, one.nuisances) == (("inertia",), ("wear",))
+    again = with_fit(replace(one, form_corrections=("inertia",)), best.fitted, [])
+    assert (again.held_out, again.form_corrections, again.added) == (None, ("inertia",), ("inertia",))
+    assert again.measured == pytest.approx(one.measured)
+    assert again.effective_held_out.tolist() == [1.0]
+
+
+def test_a_probe_ranks_candidates_by_what_a_few_steps_of_a_refit_gain(task: Task) -> None:
+    base = refit(task, (), {})
+    listed = screen(base, [attach(kernel("LuGreFriction"), spec) for spec in ("coulomb", "inertia", "creep")],
+                    np.array([True]))  # fmt: skip
+    found = probe(base, listed, ())
+    gains = [s.gain for s in found]
+    assert gains == sorted(gains, reverse=True)
+    assert found[0].attached.spec == "inertia"
+    before = {s.attached.spec: s.gain for s in listed}
+    assert all(s.gain >= before[s.attached.spec] for s in found)
+    assert found[0].gain > before["inertia"] + 0.5  # the linear step saw a part of it
+    assert len(probe(base, listed * 3, ())) == 8

@@ -383,3 +383,14 @@ def test_chance_is_the_mean_of_the_surrogates_and_their_tail() -> None:
     by_chance = drawn.mean(axis=0) ** 2
     assert (value, mean) == (pytest.approx(0.16), pytest.approx(by_chance.mean()))
     assert p == pytest.approx(tail(0.16, by_chance), rel=1e-9)
+
+
+def test_terms_of_a_formula_stand_by_the_size_of_what_they_do() -> None:
+    where = [drive(shift=k) for k in (0.0, 0.9, 2.0)]
+    rng = np.random.default_rng(6)
+    rms = float(np.sqrt(np.mean(np.concatenate([c.v for c in where]) ** 2)))
+    for of_v, of_size in ((0.3, 1.0), (1.0, 0.3)):
+        law = [(of_v * c.v + of_size * np.abs(c.v)) / rms for c in where]
+        found = formula([y + 0.01 * rng.normal(size=y.size) for y in law], where, "N", "m", "1")
+        assert [t[0] for t in found.terms] == (["v", "|v|"] if of_v > of_size else ["|v|", "v"])
+        assert [t[1] * rms for t in found.terms] == pytest.approx([1.0, 0.3], rel=0.02)

@@ -148,3 +148,24 @@ def test_a_drum_of_known_size_needs_its_turns_and_one_of_any_size_none() -> None
         assert ("winding_crossover" in names) is found
         assert "drum_periodic" in names
         assert "creep" in names
+
+
+@pytest.mark.parametrize(
+    ("winner", "base", "form", "large", "open_", "enough"),
+    [
+        (1, 2, (), False, True, True),  # the last one did not help
+        (1, 2, ("b",), False, True, False),  # it corrects the form: that is no effect
+        (2, 2, (), False, True, False), (2, 2, (), False, False, True), (2, 2, (), True, False, False),
+        (3, 2, (), False, True, False),
+    ],
+)  # fmt: skip
+def test_it_is_enough_where_the_last_did_not_help_or_nothing_is_left(
+    monkeypatch: pytest.MonkeyPatch, winner: int, base: int, form: tuple, large: bool, open_: bool, enough: bool
+) -> None:
+    best: Any = SimpleNamespace(effects=("a", "b", "c")[:winner], has_large_nuisance=large)
+    monkeypatch.setattr(module, "choice_of", lambda found, refitted: SimpleNamespace(winner=best))
+    monkeypatch.setattr(module, "open_channels", lambda *_: np.array([False, open_]))
+    start: Any = SimpleNamespace(fitted=None)
+    baselines: Any = SimpleNamespace(refitted=start, reference=None, stepped=[])
+    one: Any = SimpleNamespace(added=("a", "b", "c")[:base], form_corrections=form)
+    assert Search(kernel("LuGreFriction"), baselines, (), lambda _: None)._enough([], one) is enough
