@@ -34,7 +34,7 @@ def made(added: tuple[str, ...], parameters: int = 5) -> Hypothesis:
     fitted: Any = SimpleNamespace(
         spread=np.ones(1), rmse=np.array([rmse]), effects=added,
         problem=SimpleNamespace(shared=tuple(range(parameters))),
-        task=SimpleNamespace(reference_removal={}, gap=np.zeros(1)),
+        task=SimpleNamespace(reference_removal={}, gap=np.zeros(1), limits={}),
     )  # fmt: skip
     return Hypothesis(added, fitted, (), np.array([rmse**2]), None, np.full(1, 1e5), np.ones(1), (), lambda: {})
 
@@ -95,11 +95,11 @@ def test_the_search_ends_where_one_more_helps_no_more(asked: dict[str, list], mo
 
 
 def test_only_so_many_first_effects_are_tried_again(asked: dict[str, list], monkeypatch: pytest.MonkeyPatch) -> None:
-    for k in range(6):
-        monkeypatch.setitem(SETS, f"other{k}", 0.71 + 0.01 * k)
+    for k, name in enumerate(("slack", "inertia", "stribeck", "viscous", "friction_lag", "coulomb")):
+        monkeypatch.setitem(SETS, name, 0.71 + 0.01 * k)
     searched()
     again = asked["upon"][2:-1]
-    assert again == [("delay",), ("other0",), ("other1",)]  # the four best of the others, but creep itself
+    assert again == [("delay",), ("slack",), ("inertia",)]  # the four best of the others, but creep itself
 
 
 def test_the_simpler_of_two_that_leave_as_little_is_built_upon() -> None:
