@@ -1,0 +1,180 @@
+"""Parts of the way to a model that predicts: folds, choices, weights, idle effects; and small parts of an answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.diagnosis.test_choice import made
+from tsm_fmu.diagnosis.answer import shape
+from tsm_fmu.diagnosis.answer.candidates import _nuisance_score, _range
+from tsm_fmu.diagnosis.choice import baselines, path
+from tsm_fmu.diagnosis.choice.path import Stop
+from tsm_fmu.diagnosis.evidence import Dependence, ResidualShape
+
+
+@dataclass(frozen=True)
+class Task:
+    runs: list[Any] = field(default_factory=list)
+    channels: tuple[str, ...] = ("F",)
+    weights: Any = None
+    fixed: tuple[str, ...] = ()
+    model: str = "LuGreFriction"
+    values: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Fit:
+    task: Any = Task()
+    effects: tuple[str, ...] = ()
+    left: float = 0.0
+    rmse: Any = field(default_factory=lambda: np.array([0.3]))
+    spread: Any = field(default_factory=lambda: np.array([1.7]))
+    values: dict[str, float] = field(default_factory=dict)
+    per_run: dict[str, Any] = field(default_factory=dict)
+    model: str = "LuGreFriction"
+
+    @property
+    def problem(self) -> Any:
+        return SimpleNamespace(runs=self.task.runs, shared=tuple(range(5 + len(self.effects))))
+
+
+@pytest.mark.parametrize("count", [2, 5])
+def test_each_run_is_judged_by_a_fit_to_runs_of_the_other_parts(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = [SimpleNamespace(number=k) for k in range(count)]
+    asked = []
+
+    def refit(task: Task, effects: Any, values: Any, *, per_run_values: Any, steps: int) -> Any:
+        kept = [r.number for r in task.runs]
+        asked.append((kept, per_run_values["zero"].tolist(), effects, values))
+        return SimpleNamespace(held_out_errors=lambda out: [np.full((3, 1), 10.0 * len(kept) + r.number) for r in out])
+
+    monkeypatch.setattr(path, "refit", refit)
+    fit: Any = Fit(Task(runs), ("wear",), values={"F_c": 0.7}, per_run={"zero": 0.1 * np.arange(count)})
+    stop = path._judged("wear", fit)
+    parts = min(3, count)
+    assert len(asked) == parts
+    for part, (kept, zeros, effects, values) in enumerate(asked):
+        assert kept == [k for k in range(count) if k % parts != part]
+        assert zeros == pytest.approx([0.1 * k for k in kept])
+        assert (effects, values) == (("wear",), {"F_c": 0.7})
+    sizes = [count - len(range(k % parts, count, parts)) for k in range(count)]
+    assert [float(x[0]) for x in stop.left_out] == [(10.0 * n + k) ** 2 for k, n in enumerate(sizes)]
+    assert (stop.added, stop.fitted) == ("wear", fit)
+
+
+def test_choices_are_the_other_values_of_switches_that_are_not_held() -> None:
+    fit: Any = Fit(model="DistalEstimator", values={"hold": 0.0})
+    assert path._choices(fit) == [("hold", 1)]
+    assert path._choices(replace(fit, values={"hold": 1.0})) == [("hold", 0)]
+    assert path._choices(replace(fit, task=Task(fixed=("hold",)))) == []
+    three: Any = Fit(model="ReferenceSignal", values={"kind": 2.0})
+    assert path._choices(three) == [("kind", 1), ("kind", 3)]
+    assert path._choices(Fit()) == []  # pyright: ignore[reportArgumentType]
+
+
+def test_weights_are_the_inverse_of_what_is_left_of_each_channel(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(path, "refit", lambda task, *_, steps, **__: (task.weights, steps))
+    fit: Any = Fit(rmse=np.array([0.2, 0.0]), spread=np.array([1.7, 5.0]))
+    weights, steps = path._reweighted(fit, 17)  # pyright: ignore
+    assert weights == pytest.approx([5.0, 2e5])  # a millionth of the spread is as good as nothing
+    assert steps == 17
+
+
+@pytest.mark.parametrize("channels", [("F",), ("tau_in", "x_out")])
+def test_a_refit_of_several_channels_weighs_them_by_what_a_first_one_leaves(
+    channels: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def refit(task: Task, effects: Any, values: Any, *, per_run_values: Any = None) -> Fit:
+        asked.append((task.weights, values, per_run_values))
+        left = np.array([0.4, 0.0][: len(channels)])
+        return Fit(task, values={"k": 3.0}, rmse=left, spread=np.array([1.0, 2.0][: len(channels)]), per_run={"z": 1})
+
+    monkeypatch.setattr(baselines, "refit", refit)
+    task: Any = Task(channels=channels, values={"F_c": 0.7})
+    found: Any = baselines.refitted_model(task, ())
+    assert asked[0] == (None, {}, None)
+    assert len(asked) == len(channels)
+    if len(channels) == 2:
+        assert asked[1][0] == pytest.approx([2.5, 5e5])
+        assert asked[1][1:] == ({"k": 3.0}, {"z": 1})
+        assert found.task.weights is asked[1][0]
+
+
+def stop(added: str, effects: tuple[str, ...], left_out: float, left: float = 0.0) -> Stop:
+    fit: Any = Fit(effects=effects, left=left)
+    noise = (0.99, 1.0, 1.01, 1.0)
+    return Stop(added, fit, tuple(np.array([left_out * n]) for n in noise))
+
+
+@pytest.mark.parametrize(("alone", "dropped"), [(0.501, True), (0.7, False)])
+def test_at_the_end_an_effect_that_later_ones_made_idle_is_left_out(
+    alone: float, dropped: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    way = [stop("", (), 1.0), stop("wear", ("wear",), 0.8), stop("inertia", ("wear", "inertia"), 0.5, left=2.0)]
+    asked = []
+
+    def refit(_: Any, effects: Any, *__: Any, **___: Any) -> Any:
+        asked.append(tuple(effects))
+        return Fit(effects=tuple(effects), left=3.0)
+
+    monkeypatch.setattr(path, "refit", refit)
+    monkeypatch.setattr(path, "_judged", lambda name, fit: replace(stop(name, fit.effects, alone), fitted=fit))
+    monkeypatch.setattr(path, "_reweighted", lambda fit, _: replace(fit, left=fit.left - 1.0, model="again"))
+    monkeypatch.setattr(path, "_log_left", lambda fit: fit.left)
+    found = path._without_idle(way, lambda _: None)
+    assert asked == [("inertia",)]  # the last one is not idle, and the first model had none
+    assert [s.added for s in found] == ["", "wear", "inertia", *(["without wear"] if dropped else [])]
+    assert found[-1].fitted.effects == (("inertia",) if dropped else ("wear", "inertia"))
+    assert found[-1].fitted.model == "again"  # refitted once more, which left less
+    assert path._without_idle(way[:1], lambda _: None) == way[:1]
+
+
+def test_a_step_must_be_worth_its_parameters_and_more_than_its_error() -> None:
+    before = stop("", (), 1.0)
+    assert stop("wear", ("wear",), np.exp(-0.0301)).is_worth_more_than(before)
+    assert not stop("wear", ("wear",), np.exp(-0.0299)).is_worth_more_than(before)
+    two = stop("wear", ("wear", "inertia"), np.exp(-0.0599))
+    assert not two.is_worth_more_than(before)
+    assert replace(two, left_out=tuple(np.array([np.exp(-0.0601)]) for _ in range(4))).is_worth_more_than(before)
+    assert not stop("", (), np.exp(-0.02)).is_worth_more_than(before)  # as many parameters: still one step's worth
+
+
+def test_the_law_over_the_position_is_drawn_of_its_channel_where_it_is_not_yet(monkeypatch: pytest.MonkeyPatch) -> None:
+    x, v = (Dependence(name, "rad", "", *(np.zeros(2),) * 4) for name in ("x", "v"))
+    given = []
+    monkeypatch.setattr(shape, "coordinate_units", lambda _: ("rad", "N.m"))
+    monkeypatch.setattr(shape, "places_of", lambda _: "places")
+    monkeypatch.setattr(shape, "dependence", lambda parts, *rest: [given.append((parts, *rest)) or x])
+    problem = SimpleNamespace(kernel=None, channels=("tau_in", "x_out"))
+    residuals = [np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([[5.0, 6.0]])]
+    fit: Any = SimpleNamespace(problem=problem, residuals=residuals)
+    found = (ResidualShape("tau_in", "N.m", (v,)), ResidualShape("x_out", "rad", (v,)))
+    torque, angle = shape.with_position_law(found, fit, "x_out", 11)
+    assert torque is found[0]
+    assert angle.dependences == (x, v)
+    ((parts, *rest),) = given
+    assert [p.tolist() for p in parts] == [[2.0, 4.0], [6.0]]
+    assert rest == ["places", "x", "rad", "N.m", 11]
+    known = (ResidualShape("x_out", "rad", (v, x)),)
+    assert shape.with_position_law(known, fit, "x_out", 11) == known
+
+
+def test_a_closure_is_a_range_where_both_floors_are_below_the_gap() -> None:
+    assert _range(4.0, 1.0, 0.5, 1.0) == pytest.approx((3.0 / 3.75, 1.0))
+    assert _range(4.0, 1.0, 0.5, 2.5) is None  # below the full floor there is no gap to close
+    assert _range(4.0, 1.0, 2.5, 0.5) is None
+
+
+def test_the_score_of_a_nuisance_effect_counts_what_is_left_without_it_alone() -> None:
+    one = made("", 0.02, 0.9, nuisance_specs={"sensor_lag@F": 0.1})
+    without: Any = SimpleNamespace(rmse=np.array([0.11 * 3.7]))
+    one = replace(one, nuisance_tests=lambda: {"sensor_lag@F": (0.1, without)})
+    expected = 10.0 * np.log10((0.11**2 + 0.003**2) / (0.02**2 + 0.003**2))
+    assert _nuisance_score("sensor_lag@F", one) == pytest.approx(expected)
