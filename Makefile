@@ -11,7 +11,7 @@ demo: .venv/ready
 	$(BIN)/tsm-fmu demo --out out/demo
 
 test: lint types
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile --randomly-seed=$(ORDER)  # small matrices: threads only cost
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder --randomly-seed=$(ORDER)  # small matrices: threads only cost
 
 lint: .venv/ready-test
 	$(BIN)/ruff check .
