@@ -141,12 +141,12 @@ def test_the_fmus_outlive_the_processes_that_run_them():
     assert folder.is_dir()
 
 
-KILLED_AT_WORK = """
+KILLED_AT_WORK = r"""
 import os, time
 from tsm_fmu.reproduction import loops
 
 def work(_):
-    print(os.getpid(), flush=True)
+    os.write(1, b"%d\n" % os.getpid())  # in one piece: where nothing is buffered, two prints get mixed
     time.sleep(100.0)
 
 loops.side_by_side(work, [(1,), (2,)])
