@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import threading
 import time
 from collections.abc import Callable
@@ -41,3 +42,15 @@ def test_work_may_start_more_of_it_and_end() -> None:
     thread.start()
     thread.join(30.0)
     assert done == [[36 + 9 * n, 36 * n] for n in range(20)]
+
+
+def _twice(n: int) -> int:
+    return 2 * n
+
+
+@pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="processes cannot be forked here")
+def test_a_forked_process_has_threads_of_its_own() -> None:
+    """Those of its parent are not there: what waited for them never ended (a `reproduce` after an `identify`)."""
+    assert on_shared_threads(_twice, range(3)) == [0, 2, 4]
+    with multiprocessing.get_context("fork").Pool(1) as pool:
+        assert pool.apply_async(on_shared_threads, (_twice, range(4))).get(timeout=30.0) == [0, 2, 4, 6]

@@ -28,3 +28,7 @@ def on_shared_threads(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
 @cache
 def _shared() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(os.cpu_count())
+
+
+if hasattr(os, "register_at_fork"):  # a forked process has none of the threads, and would wait for them for ever
+    os.register_at_fork(after_in_child=_shared.cache_clear)
