@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[1]
 
 
 FINENESS = {
-    "rows and samples": ("REACH", "ROWS", "PROBE_ROWS", "REPLAYED", "STEP", "LENGTH", "ROUNDED"),
+    "rows and samples": ("REACH", "ROWS", "PROBE_ROWS", "REPLAYED", "STEP", "LENGTH", "ROUNDED", "FEWEST"),
     "bins": ("FEWEST_BINS", "BINS", "HALF_WIDTH"),
     "draws": ("NULLS", "SURROGATES", "RESAMPLES", "SMALLEST", "LEVEL"),
     "numerics": ("STEPS", "RIDGE", "DAMPING", "DECIBEL", "SHAPES", "SHRUNK", "FIRST_STEPS", "FIRST_ROWS",

@@ -108,10 +108,11 @@ def test_a_start_is_forgotten_after_some_presliding_distances(travel: float, for
     [
         ("presliding_shape", 0.079, 0.0, True), ("presliding_shape", 0.081, 0.0, False),
         ("presliding_shape", 0.2, 0.201, True), ("presliding_shape", 0.2, 0.199, False),
-        ("inertia", 0.001, 0.3, False),
+        ("offset_drift@F", 0.129, 0.1, True), ("offset_drift@F", 0.131, 0.1, False),
+        ("inertia", 0.02, 0.0, False),
     ],
 )  # fmt: skip
-def test_what_follows_a_reversal_is_form_up_to_what_rigs_and_reference_runs_have(
+def test_nuisance_effects_are_form_up_to_what_rigs_and_reference_runs_have(
     spec: str, share: float, on_reference: float, form: bool
 ) -> None:
     spread = np.array([3.7, 0.2])

@@ -14,7 +14,7 @@ from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, hypothesis
 from tsm_fmu.diagnosis.choice.patches import without_patches
 from tsm_fmu.diagnosis.choice.supported import Choice
 from tsm_fmu.diagnosis.criteria import SHAPE_SPREAD_SHARE
-from tsm_fmu.diagnosis.fits.nuisance import nuisance_specs, removed_on_reference, with_nuisances
+from tsm_fmu.diagnosis.fits.nuisance import RemovedOnReference, nuisance_specs, with_nuisances
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.regression.problem import FitRun
 
@@ -130,7 +130,7 @@ def shaped(rig: Rig, known: dict[str, float], hyperbola: Shape, reference: bool)
         there = with_nuisances(refit(Task("LuGreFriction", reference_fit, ("F",), known), (), {}), nuisances)
         base = replace(
             base,
-            task=replace(base.task, discrepancy=there.rmse, reference_removal=removed_on_reference(there, nuisances)),
+            task=replace(base.task, discrepancy=there.rmse, reference_removal=RemovedOnReference(there, nuisances)),
         )
     return hypothesis((), with_nuisances(base, nuisances), nuisances, [])
 
@@ -141,3 +141,15 @@ def test_the_shape_after_a_reversal_is_an_effect_only_if_it_is_much_and_referenc
 ) -> None:
     found = shaped(rig, known, hyperbola, reference)
     assert (found.significant.get("presliding_shape", 0.0) > SHAPE_SPREAD_SHARE) is not reference
+
+
+def test_what_reference_runs_have_is_known_once_it_is_asked_for(rig: Rig, known: dict[str, float]) -> None:
+    nuisances = nuisance_specs("LuGreFriction", ("F",), ())
+    runs = [rig(seed, instrument=lambda y: y + 0.21) for seed in (65, 66)]
+    there = with_nuisances(refit(Task("LuGreFriction", runs, ("F",), known), (), {}), nuisances)
+    removed = RemovedOnReference(there, nuisances)
+    assert (list(removed), len(removed)) == (list(nuisances), len(nuisances))
+    assert 0.15 < removed["offset_drift@F"] < 0.22  # other parameters take a part
+    assert removed["offset_drift@F"] is removed["offset_drift@F"]
+    assert removed["sensor_lag@F"] < 0.01
+    assert "inertia" not in removed

@@ -207,9 +207,17 @@ def test_so_many_shapes_are_tried_all_within_their_ranges(responses: Responses, 
         below = np.mean(values < responses.extent.at_quantile(shape, 0.5))
         assert below == pytest.approx(0.5, abs=0.11)  # spread, as a low-discrepancy sequence does
         assert len(set(values)) == count
-    limits = responses.limits(attached)
+    limits = responses.limits(responses.acting(attached))
     bounded = {n for n, s in shapes.items() if s.scale not in ("number", "angle")}
     assert limits == {public(attached, n): responses.extent.limits(shapes[n]) for n in bounded}
+
+
+def test_a_size_may_be_bounded_by_what_the_effect_changes(one: Fitted, responses: Responses) -> None:
+    """Break-away that would grow by more than the friction itself in each e-fold is another law in disguise."""
+    acting = responses.acting(attach(kernel("TendonDrive"), "breakaway_ageing"))
+    friction = np.sqrt(np.mean(np.concatenate(acting.before) ** 2))
+    assert responses.limits(acting)["breakaway_ageing.B"] == pytest.approx((-friction, friction))
+    assert "inertia.m" not in responses.limits(responses.acting(attach(kernel("TendonDrive"), "inertia")))
 
 
 def test_other_runs_may_say_how_far_shapes_go(one: Fitted, responses: Responses) -> None:

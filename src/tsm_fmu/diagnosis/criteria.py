@@ -42,6 +42,12 @@ KEPT_RUN_SAMPLES = 500
 REST_SPEED_SHARE = 0.02
 """A speed below this part of its RMS is standing still: sensors and controllers hum."""
 
+REST_WINDOW_S = 0.1
+"""A measured speed that is not told from zero over such a time is zero: its noise would let a friction state slip."""
+
+REST_DEVIATIONS = 3.0
+"""Standard deviations of its noise, and of its mean over that time, within which it is not told from zero."""
+
 PRESLIDING_STROKE_SHARE = (3e-4, 0.02, 0.1)
 """Shortest, usual and longest presliding distance that effects see, as parts of the longest stroke."""
 

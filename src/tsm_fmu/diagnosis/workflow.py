@@ -42,6 +42,7 @@ from .runs.drivers import drives_of
 from .runs.gate import Modelled, gate
 from .runs.motion_signals import coordinate_units
 from .runs.prepared import PreparedRuns, prepared
+from .runs.rest import with_quiet_rests
 from .runs.thinning import thinned_for_search
 
 Progress = Callable[[str], None]
@@ -135,7 +136,10 @@ def diagnose(
     DiagnosisInterrupted
         Ctrl-C after the model was refitted.
     """
+    measured, quiet = with_quiet_rests(model, measured)
+    holdout, reference = (with_quiet_rests(model, group)[0] for group in (holdout, reference))
     runs = prepared(model, measured, reference, holdout, cutoff, drive)
+    runs = replace(runs, notes=(*runs.notes, *quiet))
     if improve and not can_leave_out(runs.measured):
         raise InputError(
             f"--improve with {len(measured)} measured run{'s' if len(measured) > 1 else ''} -- expected two or more, "

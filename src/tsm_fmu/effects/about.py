@@ -46,11 +46,14 @@ class Size(NamedTuple):
         See `AsNuisance`.
     most_steps : int
         Steps of a log that a time may be at most; 0 for any.
+    most_of_signal : float
+        Times the RMS of what the effect changes that a diagnosis takes at most; 0 for any.
     """
 
     first: float = 1e-2
     as_nuisance: AsNuisance = "free"
     most_steps: int = 0
+    most_of_signal: float = 0.0
 
 
 class Shape(NamedTuple):

@@ -33,7 +33,9 @@ ABOUT = Effect(
 
 
 class Params(NamedTuple):
-    B: Annotated[float, Quantity("{F}", "strengthening per e-fold of contact time, Eq (3)", lo=0.0), Size()] = 0.0
+    B: Annotated[
+        float, Quantity("{F}", "strengthening per e-fold of contact time, Eq (3)", lo=0.0), Size(most_of_signal=1.0)
+    ] = 0.0
     D_c: Annotated[
         float,
         Quantity("{x}", "travel that renews the contacts, Eq (1)", lo=0.0, open_lo=True),

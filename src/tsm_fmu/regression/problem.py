@@ -66,10 +66,11 @@ class FitRun:
         return np.append(self.lead_time, self.time), np.concatenate([self.lead_inputs, self.inputs])
 
     def compared_from(self, first: int) -> FitRun:
-        """A copy whose samples before ``first`` are the lead: simulated, not compared."""
-        lead, rest = slice(None, first), slice(first, None)
-        time, inputs, targets = (np.ascontiguousarray(a[rest]) for a in (self.time, self.inputs, self.targets))
-        return FitRun(self.name, time, inputs, targets, self.time[lead], self.inputs[lead], self.derived)
+        """A copy whose samples before ``first`` belong to the lead: simulated, not compared."""
+        time, inputs, targets = (np.ascontiguousarray(a[first:]) for a in (self.time, self.inputs, self.targets))
+        lead = self.lead_time.size + first
+        lead_time, lead_inputs = (a[:lead] for a in self.with_lead)
+        return FitRun(self.name, time, inputs, targets, lead_time, lead_inputs, self.derived)
 
     def every(self, step: int) -> FitRun:
         """A copy at every ``step``-th sample."""

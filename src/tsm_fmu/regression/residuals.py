@@ -72,6 +72,18 @@ def noise_floor(run: FitRun) -> FloatArray | None:
     return np.sqrt(np.mean(folded.var(axis=0, ddof=1), axis=0))
 
 
+def white_noise(samples: FloatArray) -> FloatArray:
+    """RMS of what changes from sample to sample, by column: a lower bound of the noise.
+
+    From third differences, which a smooth signal hardly has; their median, against jumps.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (n,) or (n, channels)
+    """
+    return np.median(np.abs(np.diff(samples, n=3, axis=0)), axis=0) / 0.6745 / np.sqrt(20.0)
+
+
 def period_of(run: FitRun) -> int | None:
     """Samples after which all inputs repeat, at least twice in the run."""
     inputs = run.inputs - run.inputs.mean(axis=0)

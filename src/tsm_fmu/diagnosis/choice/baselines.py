@@ -12,7 +12,7 @@ from ...regression.multistart import MultiStart
 from ...regression.problem import FitRun
 from ...regression.solver import SearchLog
 from ..criteria import CLEAN_EFFECT_SPREAD_SHARE, LOST_SHARE
-from ..fits.nuisance import nuisance_specs, removed_on_reference, with_nuisances
+from ..fits.nuisance import RemovedOnReference, nuisance_specs, with_nuisances
 from ..fits.quantised import Levels, coarse, step_noise
 from ..fits.refit import Fitted, Task, as_given, refit
 from .hypotheses import Hypothesis, hypothesis
@@ -81,7 +81,7 @@ def baselines(
                 base.task,
                 discrepancy=reference.rmse,
                 form_share=CLEAN_EFFECT_SPREAD_SHARE,
-                reference_removal=removed_on_reference(reference, nuisances),
+                reference_removal=RemovedOnReference(reference, nuisances),
             ),
         )
     levels = coarse(runs, task.channels, base.spread)

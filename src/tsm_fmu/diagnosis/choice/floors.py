@@ -14,6 +14,7 @@ import numpy as np
 
 from ...kernels.arrays import BoolArray, FloatArray
 from ...regression.residuals import noise_floor
+from ...regression.residuals import white_noise as white_noise_of
 from ..criteria import (
     EFFECT_SPREAD_SHARE,
     EXPLAINED_SHARE,
@@ -154,12 +155,8 @@ def _lost_elsewhere(one: Hypothesis, refitted: Hypothesis, noise: FloatArray) ->
 
 
 def white_noise(fitted: Fitted) -> FloatArray:
-    """RMS of what changes from sample to sample in a residual: a lower bound of the noise.
-
-    From third differences, which a smooth signal hardly has; their median, against jumps.
-    """
-    deviations = [np.median(np.abs(np.diff(r, n=3, axis=0)), axis=0) / 0.6745 for r in fitted.residuals]
-    return np.sqrt(np.mean(np.square(deviations), axis=0) / 20.0)
+    """RMS of what changes from sample to sample in a residual: a lower bound of the noise."""
+    return np.sqrt(np.mean([white_noise_of(r) ** 2 for r in fitted.residuals], axis=0))
 
 
 def _repeats(fitted: Fitted) -> FloatArray | None:

@@ -24,6 +24,7 @@ from ..criteria import (
     REFITTED_CANDIDATES,
     RIVAL_COST_RATIO,
 )
+from ..fits.carried import carried_over, pooled
 from ..fits.disguise import disguised
 from ..fits.nuisance import (
     Start,
@@ -35,7 +36,7 @@ from ..fits.nuisance import (
     refit_without,
     significant_nuisances,
 )
-from ..fits.refit import Fitted, effective_samples, rms
+from ..fits.refit import Fitted
 from ..fits.screening import Screened
 
 FOLD_STEPS = 6
@@ -165,8 +166,8 @@ def hypothesis(
     """A fit with what it leaves on the measured and the held-out runs."""
     holdout_mean_square, effective = None, np.ones(fitted.rmse.size)
     if holdout:
-        residuals = fitted.held_out_errors(holdout)
-        holdout_mean_square, effective = rms(residuals) ** 2 + reference_gain, effective_samples(residuals)
+        left = carried_over(fitted, holdout)
+        holdout_mean_square, effective = left.mean_square + reference_gain, left.effective
     return Hypothesis(
         tuple(added),
         fitted,
@@ -333,7 +334,7 @@ def can_leave_out(runs: Sequence[FitRun]) -> bool:
 
 def left_out_in_turn(one: Hypothesis) -> Hypothesis:
     """A copy whose held-out error is what it leaves on runs that are left out in turn."""
-    runs, residuals = one.fitted.problem.runs, []
+    runs, parts = one.fitted.problem.runs, []
     for k in range(min(LEFT_OUT_PARTS, len(runs))):
         kept = [j for j in range(len(runs)) if j % LEFT_OUT_PARTS != k]
         task = replace(one.fitted.task, runs=[runs[j] for j in kept])
@@ -341,10 +342,11 @@ def left_out_in_turn(one: Hypothesis) -> Hypothesis:
         fitted = best_refit(
             replace(one.fitted, task=task), one.fitted.effects, [start], one.nuisances, one.fitted.released, FOLD_STEPS
         )
-        residuals += fitted.held_out_errors(runs[k::LEFT_OUT_PARTS])
+        parts.append(carried_over(fitted, runs[k::LEFT_OUT_PARTS]))
+    left = pooled(parts)
     return replace(
         one,
-        held_out=rms(residuals) ** 2,
-        effective_held_out=effective_samples(residuals),
+        held_out=left.mean_square,
+        effective_held_out=left.effective,
         nuisance_tests=lambda: one.tested,
     )

@@ -6,7 +6,7 @@ little off. An effect is only missing if it explains what these cannot.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -20,7 +20,7 @@ from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
 from ...regression.thinning import thinned
-from ..criteria import LAW_FORM_SHARE, NEARLY_ALL_SHARE, NUISANCE_SPREAD_SHARE, SHAPE_SPREAD_SHARE
+from ..criteria import LAW_FORM_SHARE, NEARLY_ALL_SHARE, NUISANCE_SPREAD_SHARE, REFERENCE_RATIO, SHAPE_SPREAD_SHARE
 from .placing import places_of_effect
 from .refit import STEPS, Fitted, Task, refit
 from .response import public
@@ -347,16 +347,38 @@ def corrects_model_form(spec: str, share: float, task: Task, spread: FloatArray)
     spread : ndarray, shape (channels,)
     """
     on_reference = float(np.max(task.reference_removal.get(spec, np.zeros(1)) / np.maximum(spread, 1e-300)))
-    return about(spec).after_reversal and share <= max(SHAPE_SPREAD_SHARE, on_reference)
+    if about(spec).after_reversal:
+        return share <= max(SHAPE_SPREAD_SHARE, on_reference)
+    return share <= REFERENCE_RATIO * on_reference
 
 
-def removed_on_reference(reference_fit: Fitted, nuisances: Sequence[str]) -> dict[str, FloatArray]:
-    """What the shape after a reversal removes on reference runs [RMS by channel], by spec: form, and no effect."""
-    return {
-        spec: _removed(refit_without(reference_fit, spec, nuisances), reference_fit)
-        for spec in nuisances
-        if about(spec).after_reversal
-    }
+class RemovedOnReference(Mapping[str, FloatArray]):
+    """What a nuisance effect removes on reference runs [RMS by channel], by spec: form, and nothing missing.
+
+    Each is known once it is asked for: it takes a refit.
+
+    Parameters
+    ----------
+    reference_fit : Fitted
+        With the nuisance effects, on the reference runs.
+    nuisances : sequence of str
+    """
+
+    def __init__(self, reference_fit: Fitted, nuisances: Sequence[str]) -> None:
+        self._fit, self._nuisances, self._known = reference_fit, tuple(nuisances), dict[str, FloatArray]()
+
+    def __getitem__(self, spec: str) -> FloatArray:
+        if spec not in self._nuisances:
+            raise KeyError(spec)
+        if spec not in self._known:
+            self._known[spec] = _removed(refit_without(self._fit, spec, self._nuisances), self._fit)
+        return self._known[spec]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._nuisances)
+
+    def __len__(self) -> int:
+        return len(self._nuisances)
 
 
 def _removed(before: Fitted, after: Fitted) -> FloatArray:

@@ -14,7 +14,7 @@ from ...kernels.drives import Drive
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError, flat
 from ...regression.descent import Descent
-from ...regression.held_out import held_out_errors
+from ...regression.held_out import held_out_errors, settled
 from ...regression.problem import FitRun, Problem
 from ...regression.sensitivity import sensitivity_scales
 from ...regression.specification import per_run_fields, search_space
@@ -96,6 +96,10 @@ class Fitted:
     def held_out_errors(self, runs: Sequence[FitRun]) -> list[FloatArray]:
         """Residuals on runs that were not fitted; a nuisance offset there is the mean of those fitted."""
         return held_out_errors(self.problem, self.table, runs, _per_run(self.problem.kernel, self.task))
+
+    def settled(self, run: FitRun) -> FloatArray:
+        """Values for a run that was not fitted, shape (parameters,)."""
+        return settled(self.problem, self.table, run, _per_run(self.problem.kernel, self.task))
 
     def at(self, runs: Sequence[FitRun]) -> Fitted:
         """A copy with the values found, on the same runs at another sampling."""
@@ -242,7 +246,7 @@ def refit(
             "expected at least one -- give runs that move"
         )
     problem = problem.over(problem.space.fixing(_forgotten(problem, start)))
-    table = _descent(steps).refined(problem, start, sensitivities)
+    table = descent(steps).refined(problem, start, sensitivities)
     return Fitted(task, tuple(effects), problem, table, tuple(released))
 
 
@@ -262,11 +266,14 @@ def as_given(task: Task, effects: Sequence[str]) -> Fitted:
                 "from which it can run -- choose others with --set"
             )
     problem = problem.over(problem.space.fixing(_forgotten(problem, start)))
-    return Fitted(task, tuple(effects), problem, _descent(STEPS).refined(problem, start))
+    return Fitted(task, tuple(effects), problem, descent(STEPS).refined(problem, start))
 
 
-def _descent(steps: int) -> Descent:
-    """A refit ends when a step changes the sum of squares by 1e-4: gaps are compared to a hundredth."""
+def descent(steps: int) -> Descent:
+    """How refits descend.
+
+    A refit ends when a step changes the sum of squares by 1e-4: gaps are compared to a hundredth.
+    """
     return Descent(1e-4, 1e-6, 1e-8, steps, 1e-5)
 
 

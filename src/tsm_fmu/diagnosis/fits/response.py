@@ -89,10 +89,14 @@ class Responses:
             for row in draws
         ]  # fmt: skip
 
-    def limits(self, attached: Attached) -> dict[str, tuple[float, float]]:
-        """Range of the shape parameters by public name: beyond it the effect has another one's signature."""
-        ranges = {name: self.extent.limits(shape) for name, shape in shapes_of(attached.module).items()}
-        return {public(attached, name): ends for name, ends in ranges.items() if ends is not None}
+    def limits(self, acting: Acting) -> dict[str, tuple[float, float]]:
+        """Range of an effect's parameters by public name: beyond it the effect has another one's signature."""
+        module = acting.attached.module
+        ranges = {name: self.extent.limits(shape) for name, shape in shapes_of(module).items()}
+        signal = float(np.sqrt(np.mean(np.concatenate(acting.before) ** 2)))
+        sizes = {name: size.most_of_signal * signal for name, size in sizes_of(module).items() if size.most_of_signal}
+        ranges |= {name: (-most, most) for name, most in sizes.items()}
+        return {public(acting.attached, name): ends for name, ends in ranges.items() if ends is not None}
 
     def acting(self, attached: Attached) -> Acting:
         """An effect at its place, to be given shapes and sizes."""

@@ -97,7 +97,7 @@ class _Bench:
             tried.append((gain, {public(attached, n): v for n, v in values.items()}))
         tried.sort(key=lambda one: -one[0])
         starts = [values for _, values in tried]
-        return Screened(attached, tried[0][0], starts, self.responses.limits(attached))
+        return Screened(attached, tried[0][0], starts, self.responses.limits(acting))
 
     def _explained(self, effect: Kernel, sizes: Sequence[str], columns: FloatArray) -> tuple[float, FloatArray]:
         """Log of the mean square left over that without the effect, and the amounts of its size parameters."""

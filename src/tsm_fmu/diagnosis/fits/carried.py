@@ -1,0 +1,69 @@
+"""What a fit leaves on runs that were not fitted, once its values have moved there within what its own runs leave open.
+
+Held-out runs have another motion, and show other parameters well than the measured ones: values that these hardly
+determine say nothing there. The values of one rig must serve all its runs, so they may move to the held-out ones, and
+what that costs on the measured runs counts as left over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...kernels.arrays import FloatArray
+from ...regression.held_out import is_settling
+from ...regression.problem import FitRun
+from .refit import Fitted, descent, effective_samples, rms
+
+STEPS = 6
+"""Steps of the move."""
+
+
+@dataclass(frozen=True)
+class CarriedOver:
+    """What is left of held-out runs.
+
+    Attributes
+    ----------
+    mean_square : ndarray, shape (channels,)
+        With what the move costs on the runs that were fitted.
+    effective : ndarray, shape (channels,)
+        Independent samples that it is worth.
+    samples : int
+    """
+
+    mean_square: FloatArray
+    effective: FloatArray
+    samples: int
+
+
+def carried_over(fitted: Fitted, runs: Sequence[FitRun]) -> CarriedOver:
+    """Judge a fit on runs that were not fitted, from their settling on.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    runs : sequence of FitRun
+
+    Raises
+    ------
+    InputError
+        A run too short to leave anything to score.
+    """
+    problem, count = fitted.problem, len(fitted.problem.runs)
+    rows = [fitted.settled(run) for run in runs]
+    late = [run.compared_from(int(is_settling(run).sum())) for run in runs]
+    joint, start = replace(problem, runs=[*problem.runs, *late]), np.vstack([fitted.table, *rows])
+    gaps = joint.gaps(descent(STEPS).refined(joint, start))
+    cost = np.maximum(rms(gaps[:count]) ** 2 - fitted.rmse**2, 0.0)
+    left = gaps[count:]
+    return CarriedOver(rms(left) ** 2 + cost, effective_samples(left), sum(len(r) for r in left))
+
+
+def pooled(parts: Sequence[CarriedOver]) -> CarriedOver:
+    """That of several fits, each with runs of its own left out."""
+    samples = sum(p.samples for p in parts)
+    mean_square = sum((p.samples * p.mean_square for p in parts), np.zeros(1)) / samples
+    return CarriedOver(mean_square, sum((p.effective for p in parts), np.zeros(1)), samples)
