@@ -59,7 +59,7 @@ class Hypothesis:
     measured : ndarray, shape (channels,)
         Mean square left on the measured runs, the gain on reference runs put back.
     held_out : ndarray, shape (channels,), or None
-        The same on held-out runs.
+        The same on held-out runs, to which the values may move; see `fits.carried`.
     effective, effective_held_out : ndarray, shape (channels,)
         Independent samples that the residual is worth on either.
     form_corrections : tuple of str

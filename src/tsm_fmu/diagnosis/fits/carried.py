@@ -40,7 +40,7 @@ class CarriedOver:
 
 
 def carried_over(fitted: Fitted, runs: Sequence[FitRun]) -> CarriedOver:
-    """Judge a fit on runs that were not fitted, from their settling on.
+    """Judge a fit on runs that were not fitted, from their settling on; what a run has of its own is fitted to it.
 
     Parameters
     ----------
