@@ -70,10 +70,21 @@ def test_a_hold_keeps_its_force() -> None:
     assert (quiet.columns["v"][moving] == noisy[moving]).all()
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize("rows", [2, 3, 5])
+def test_a_short_log_is_left_without_a_warning(rows: int) -> None:
+    t, v, _ = moves_and_holds()
+    short = record(v[:rows] + 0.1, t[:rows])
+    assert with_quiet_rests(LUGRE, [short]) == ([short], [])
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_records_stay_where_there_is_nothing_to_do() -> None:
     t, v, _ = moves_and_holds()
     clean, noisy = record(v, t), record(v + NOISE * np.random.default_rng(9).normal(size=t.size), t)
     assert with_quiet_rests(LUGRE, [clean]) == ([clean], [])
     assert with_quiet_rests(kernel("TendonDrive"), [noisy]) == ([noisy], [])  # its motion is x_in
+    without = Record("two", t[:3], {"x": v[:3], "F": v[:3]}, {"x": "m", "F": "N"})
+    assert with_quiet_rests(LUGRE, [without]) == ([without], [])
     without = Record("two", t, {"x": v, "F": v}, {"x": "m", "F": "N"})
     assert with_quiet_rests(LUGRE, [without]) == ([without], [])

@@ -33,14 +33,17 @@ def with_quiet_rests(model: Kernel, records: Sequence[Record]) -> tuple[list[Rec
     records : sequence of Record
         As do those without that speed, or without noise in it.
     """
+    if model.motion != SPEED:
+        return list(records), []
     found, said = [], []
     for record in records:
-        speed = record.columns.get(SPEED, np.zeros(record.time.size))
-        rests = at_rest(record.time, speed) & (speed != 0.0)
-        if model.motion == SPEED and rests.any():
-            share = f"{100.0 * rests.mean():.2g} % of its samples"
-            said.append(f"{record.name}: {SPEED} counts as zero in {share}, where it is not told from zero")
-            record = replace(record, columns={**record.columns, SPEED: np.where(rests, 0.0, speed)})
+        if SPEED in record.columns:
+            speed = record.columns[SPEED]
+            rests = at_rest(record.time, speed) & (speed != 0.0)
+            if rests.any():
+                share = f"{100.0 * rests.mean():.2g} % of its samples"
+                said.append(f"{record.name}: {SPEED} counts as zero in {share}, where it is not told from zero")
+                record = replace(record, columns={**record.columns, SPEED: np.where(rests, 0.0, speed)})
         found.append(record)
     return found, said
 
@@ -56,9 +59,10 @@ def at_rest(time: FloatArray, speed: FloatArray) -> BoolArray:
     -------
     ndarray of bool, shape (n,)
     """
-    count, noise = _window(time), float(white_noise(speed))
+    count = _window(time)
     if speed.size < 2 * count:
         return np.zeros(speed.size, bool)
+    noise = float(white_noise(speed))
     small = maximum_filter1d(np.abs(speed), count) < 1.5 * REST_DEVIATIONS * noise  # the largest of many
     still = np.abs(uniform_filter1d(speed, count)) < REST_DEVIATIONS * noise / np.sqrt(count)
     return np.asarray(binary_dilation(small & still, np.ones(count, bool)), bool)
