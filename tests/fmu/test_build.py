@@ -2,6 +2,7 @@
 
 import ast
 import os
+import shutil
 import stat
 import struct
 import subprocess
@@ -10,6 +11,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+import pythonfmu
 
 from tsm_fmu import InputError
 from tsm_fmu.fmu import build, slave
@@ -172,3 +174,14 @@ def test_a_file_in_the_way_is_reported(tmp_path):
     (tmp_path / "taken").write_text("")
     with pytest.raises(InputError, match=r"taken/x\.fmu could not be written \(.*\) -- expected a writable place"):
         build_fmu(kernel(NAME), tmp_path / "taken" / "x.fmu")
+
+
+def test_the_copy_of_pythonfmu_that_a_unit_has_left_is_not_built_from(tmp_path):
+    package = tmp_path / "resources" / "pythonfmu"
+    shutil.copytree(Path(pythonfmu.__file__).parent, package, ignore=shutil.ignore_patterns("resources", "tests"))
+    code = "import sys; sys.path.insert(0, sys.argv[1]); from tsm_fmu.cli import main; main(sys.argv[2:])"
+    words = [sys.executable, "-c", code, str(package.parent), "build", NAME, "--out", str(tmp_path / "out")]
+    run = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert run.returncode == 2
+    assert run.stderr.count("\n") == 1
+    assert f"pythonfmu of {package} -- expected the installed one" in run.stderr

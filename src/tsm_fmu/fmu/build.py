@@ -215,7 +215,13 @@ def _isolated(text: str) -> str:
 def _libraries(name: str) -> dict[str, bytes]:
     """PythonFMU's shared libraries under the name of the model."""
     found: dict[str, bytes] = {}
-    for platform in resources.files("pythonfmu").joinpath("resources/binaries").iterdir():
+    package = resources.files("pythonfmu")
+    if not package.joinpath("resources/binaries").is_dir():
+        raise InputError(
+            f"pythonfmu of {package} -- expected the installed one: a unit that ran in this process has left its own copy "
+            "where modules are looked for -- build in a new process"
+        )
+    for platform in package.joinpath("resources/binaries").iterdir():
         for library in platform.iterdir():
             found[f"binaries/{platform.name}/{name}{Path(library.name).suffix}"] = library.read_bytes()
     return found
