@@ -113,7 +113,7 @@ def test_a_candidate_alone_has_what_it_leaves_on_all_samples_and_its_score_on_th
     one = listed(made("wear", (0.5, 0.1)))
     assert one.channels["F"].measured == pytest.approx(0.55)
     assert one.channels["x"].measured == pytest.approx(0.11)
-    assert one.score == pytest.approx(10.0 / np.log(10.0) * (log_of((0.8, 0.18), (1.0, 0.28)) - log_of((0.5, 0.1))))
+    assert one.score == pytest.approx(10.0 / np.log(10.0) * (log_of((0.8, 0.18)) - log_of((0.5, 0.1))))  # as judged
     assert one.channels["F"].closure_measured == pytest.approx((closed(0.9, 0.55, 0.1), closed(0.9, 0.55, 0.2)))
     assert one.channels["x"].closure_measured == pytest.approx((closed(0.2, 0.11, 0.04),) * 2)
     weights = (1.0 / 0.2**2, 1.0 / 0.04**2)

@@ -18,7 +18,7 @@ from tsm_fmu.diagnosis.choice.hypotheses import (
     refit_rivals,
     with_fit,
 )
-from tsm_fmu.diagnosis.choice.supported import refit_with_fewer
+from tsm_fmu.diagnosis.choice.supported import with_fewer
 from tsm_fmu.diagnosis.criteria import RIVAL_COST_RATIO
 from tsm_fmu.diagnosis.fits.carried import carried_over
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
@@ -69,7 +69,7 @@ def test_one_effect_less_is_refitted_from_the_values_of_the_best(
 ) -> None:
     one = stuck(task, best, 1.4)
     none = hypothesis((), refit(task, (), {}), (), [])
-    first, again, same = refit_with_fewer(more, [none, one, more], none, [])
+    first, again, same = with_fewer(more, [none, one, more], none, [])
     assert first is none  # two effects less
     assert same is more
     assert again.added == ("inertia",)
@@ -80,12 +80,12 @@ def test_what_is_better_or_no_rival_is_left_as_it_is(task: Task, best: Hypothesi
     exact = replace(best, fitted=replace(best.fitted))
     exact.fitted.__dict__["cost"] = 0.0
     none = hypothesis((), refit(task, (), {}), (), [])
-    assert refit_with_fewer(more, [exact], none, []) == [exact]
+    assert with_fewer(more, [exact], none, []) == [exact]
     worse = hypothesis((), refit(task, (), {"sigma2": 3.0}, fixed=["sigma2"]), (), [])
-    assert refit_with_fewer(best, [worse], none, []) == [worse]  # better without the mass, but not as good as with it
+    assert with_fewer(best, [worse], none, []) == [worse]  # better without the mass, but not as good as with it
     with_nuisances = replace(best, added=(), nuisances=("inertia",))
     assert (
-        refit_with_fewer(replace(best, nuisances=("inertia",)), [with_nuisances], none, [])[0] is with_nuisances
+        with_fewer(replace(best, nuisances=("inertia",)), [with_nuisances], none, [])[0] is with_nuisances
     )  # there in both
 
 

@@ -240,3 +240,14 @@ def test_a_size_goes_half_of_the_way_to_its_bound(effect: str, name: str, most: 
     module = attach(kernel("TendonDrive"), f"{effect}@x_out" if effect in ("smooth_backlash", "gain_error") else effect)
     sizes = sizes_of(module.module)
     assert _largest(Kernel(module.module), name if name in sizes else next(iter(sizes))) == most
+
+
+@pytest.mark.parametrize("attached", TRIED, ids=lambda a: a.spec)
+def test_what_grows_with_its_size_at_one_shape_does_at_all(responses: Responses, attached: Attached) -> None:
+    acting = responses.acting(attached)
+    for shape in responses.shapes(attached.module):
+        found, steps = acting.columns(shape)
+        alone, of_its_own = responses.acting(attached).columns(shape)  # which has seen no shape before
+        assert steps == of_its_own
+        for one, other in zip(found, alone, strict=True):
+            assert one == pytest.approx(other, abs=1e-8 * max(float(np.abs(other).max()), 1e-300))

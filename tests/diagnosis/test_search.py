@@ -55,7 +55,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[tuple[str, ...]]]:
 
     monkeypatch.setattr(module, "refit_candidates", refitted)
     monkeypatch.setattr(module, "refit_rivals", lambda found, _: list(found))
-    monkeypatch.setattr(module, "refit_with_fewer", lambda best, found, *_: list(found))
+    monkeypatch.setattr(module, "with_fewer", lambda best, found, *_: list(found))
     monkeypatch.setattr(Search, "_screened", screened)
     monkeypatch.setattr(Search, "_enough", lambda self, found, base: bool(seen["enough"].append(base.added)))
     return seen

@@ -218,8 +218,8 @@ def _libraries(name: str) -> dict[str, bytes]:
     package = resources.files("pythonfmu")
     if not package.joinpath("resources/binaries").is_dir():
         raise InputError(
-            f"pythonfmu of {package} -- expected the installed one: a unit that ran in this process has left its own copy "
-            "where modules are looked for -- build in a new process"
+            f"pythonfmu of {package} -- expected the installed one: a unit that ran in this process has left its own "
+            "copy where modules are looked for -- build in a new process"
         )
     for platform in package.joinpath("resources/binaries").iterdir():
         for library in platform.iterdir():

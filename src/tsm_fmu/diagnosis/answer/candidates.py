@@ -12,7 +12,7 @@ from ...kernels.arrays import FloatArray
 from ...regression.problem import FitRun
 from ..choice.floors import Floors
 from ..choice.hypotheses import Hypothesis
-from ..choice.supported import Choice, log_residual
+from ..choice.supported import Choice, log_gain
 from ..evidence import AnswerStep, Candidate, ChannelError, Gap
 from ..fits.refit import Fitted
 from .gaps import closure
@@ -37,7 +37,8 @@ def rows_of(hypotheses: Sequence[Hypothesis], choice: Choice, floors: Floors) ->
     start, found = hypotheses[0], {}
     rows = [] if floors.unexplained.any() else [(spec, choice.winner) for spec in choice.winner.effects]
     rows += [(spec, start) for spec in start.significant]
-    rows += [(h.added[0], h) for h in sorted(hypotheses, key=log_residual) if len(h.added) == 1]
+    singles = [h for h in hypotheses if len(h.added) == 1]
+    rows += [(h.added[0], h) for h in sorted(singles, key=lambda h: -log_gain(start, h))]
     for spec, one in rows:
         found.setdefault(spec, one)
     return list(found.items())
@@ -70,7 +71,7 @@ def candidates_of(
     found = []
     for spec, one in rows:
         of_answer, alone = spec in answered, spec in one.added
-        score = DECIBEL * (log_residual(with_nuisances if alone else refitted) - log_residual(one))
+        score = DECIBEL * log_gain(with_nuisances if alone else refitted, one)
         base = np.array([g.refitted for g in gap.values()])
         shared = 0.0 if of_answer else one.reference_gain  # what it closes on reference runs too is not the gap
         if of_answer:
@@ -122,7 +123,7 @@ def steps_of(
     steps, there = [], set()
     for size in range(1, len(effects)):
         fits = [h for h in hypotheses if len(h.added) == size and there < set(h.added) < set(effects)]
-        best = min(fits, key=log_residual, default=None)
+        best = max(fits, key=lambda h: log_gain(refitted, h), default=None)
         if best is None:
             break
         there, holdout = set(best.added), {}
@@ -153,7 +154,7 @@ def _nuisance_score(spec: str, one: Hypothesis) -> float:
     """By how many decibels a nuisance effect beside the others lowers what is left of the measured runs."""
     _, without = one.tested[spec]
     before = replace(one, measured=without.rmse**2 + one.reference_gain, held_out=None)
-    return DECIBEL * (log_residual(before) - log_residual(replace(one, held_out=None)))
+    return DECIBEL * log_gain(before, one)
 
 
 def _range(before: float, after: float, least: float, floor: float) -> tuple[float, float] | None:

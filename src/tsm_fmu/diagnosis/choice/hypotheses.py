@@ -24,7 +24,8 @@ from ..criteria import (
     REFITTED_CANDIDATES,
     RIVAL_COST_RATIO,
 )
-from ..fits.carried import carried_over, pooled
+from ..fits.carried import STEPS as MOVE_STEPS
+from ..fits.carried import carried_over, left_out, pooled
 from ..fits.disguise import disguised
 from ..fits.nuisance import (
     Start,
@@ -161,12 +162,12 @@ def interleaved(one: Sequence[Screened], other: Sequence[Screened]) -> list[Scre
 
 def hypothesis(
     added: Sequence[str], fitted: Fitted, nuisances: Sequence[str], holdout: Sequence[FitRun],
-    reference_gain: FloatArray | float = 0.0,
+    reference_gain: FloatArray | float = 0.0, move_steps: int = MOVE_STEPS,
 ) -> Hypothesis:  # fmt: skip
     """A fit with what it leaves on the measured and the held-out runs."""
     holdout_mean_square, effective = None, np.ones(fitted.rmse.size)
     if holdout:
-        left = carried_over(fitted, holdout)
+        left = carried_over(fitted, holdout, move_steps)
         holdout_mean_square, effective = left.mean_square + reference_gain, left.effective
     return Hypothesis(
         tuple(added),
@@ -250,9 +251,9 @@ def refit_candidates(
         gain = base.reference_gain
         if reference_fit is not None:
             gain = gain + _gained(reference_fit, s, base.nuisances, refit_with if contends else begun_with)
-        return beside(
-            base, s.attached.spec, hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain)
-        )
+        steps = MOVE_STEPS if contends else 0
+        found = hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain, steps)
+        return beside(base, s.attached.spec, found)
 
     tried = [one for one in together(begun, shortlist(screened, most)) if one is not None]
     least = min((_log_mean_square(fitted) for _, fitted in tried), default=0.0)
@@ -336,13 +337,14 @@ def left_out_in_turn(one: Hypothesis) -> Hypothesis:
     """A copy whose held-out error is what it leaves on runs that are left out in turn."""
     runs, parts = one.fitted.problem.runs, []
     for k in range(min(LEFT_OUT_PARTS, len(runs))):
-        kept = [j for j in range(len(runs)) if j % LEFT_OUT_PARTS != k]
+        out = range(k, len(runs), LEFT_OUT_PARTS)
+        kept = [j for j in range(len(runs)) if j not in out]
         task = replace(one.fitted.task, runs=[runs[j] for j in kept])
         start = one.fitted.values, {name: values[kept] for name, values in one.fitted.per_run.items()}
         fitted = best_refit(
             replace(one.fitted, task=task), one.fitted.effects, [start], one.nuisances, one.fitted.released, FOLD_STEPS
         )
-        parts.append(carried_over(fitted, runs[k::LEFT_OUT_PARTS]))
+        parts.append(left_out(one.fitted, fitted, out))
     left = pooled(parts)
     return replace(
         one,

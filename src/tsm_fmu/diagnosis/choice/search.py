@@ -21,7 +21,7 @@ from ..runs.drivers import drives_of
 from .baselines import Baselines
 from .floors import open_channels
 from .hypotheses import Hypothesis, interleaved, probe, refit_candidates, refit_rivals
-from .supported import choice_of, leading, log_residual, refit_with_fewer
+from .supported import choice_of, leading, log_residual, with_fewer
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Search:
             if len(base.added) == 1:
                 found = self._with_other_pairs(found, singles, base, best.added[-1], screened)
                 best = leading([h for h in found if len(h.added) == 2])
-            found = refit_with_fewer(best, found, self.baselines.refitted, self.holdout)
+            found = with_fewer(best, found, self.baselines.refitted, self.holdout)
             if log_residual(best) >= log_residual(base):
                 break
             singles, base = singles or more, best

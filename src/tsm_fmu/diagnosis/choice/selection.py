@@ -14,7 +14,7 @@ from .baselines import Baselines
 from .floors import Floors, floors_of
 from .hypotheses import Hypothesis, can_leave_out, left_out_in_turn
 from .patches import without_patches
-from .supported import Choice, choice_of, log_residual
+from .supported import Choice, choice_of, clearly_worse, log_residual
 
 
 @dataclass(frozen=True)
@@ -51,12 +51,14 @@ def select(
     progress : callable
         Given what is being done.
     """
+    judged = found
     if not holdout and can_leave_out(baselines.refitted.fitted.task.runs):
         progress("runs left out in turn")
-        best = sorted(found[1:], key=log_residual)[:FOLDED_HYPOTHESES]
-        refitted, *found = together(left_out_in_turn, [baselines.refitted, found[0], *best])
-        baselines = replace(baselines, refitted=refitted, with_nuisances=found[0])
-    choice = choice_of(found, baselines.refitted)
+        refitted, *judged = together(left_out_in_turn, [baselines.refitted, found[0], *_contending(found, baselines)])
+        baselines = replace(baselines, refitted=refitted, with_nuisances=judged[0])
+        by_effects = {h.added: h for h in judged}
+        found = [by_effects.get(h.added, h) for h in found]
+    choice = choice_of(judged, baselines.refitted)
     floors = floors_of(choice, baselines.refitted, baselines.reference, baselines.stepped)
     if floors.open_.any() and not floors.unexplained.any():
         progress("patches")
@@ -68,3 +70,13 @@ def select(
     if len(choice.winner.effects) > MOST_EFFECTS:  # its nuisance effects counted: some sum of so many closes any gap
         floors = replace(floors, unexplained=np.ones_like(floors.open_))
     return Selection(baselines, tuple(found), choice, floors)
+
+
+def _contending(found: Sequence[Hypothesis], baselines: Baselines) -> list[Hypothesis]:
+    """The best of the hypotheses with effects that runs left out can make the answer, and what those have in common."""
+    ranked = sorted(found[1:], key=log_residual)
+    best = next((h for h in ranked if not h.disguised), None)
+    if best is None:
+        return ranked[:1]
+    close = [h for h in ranked if not clearly_worse(h, best, baselines.refitted) or set(h.added) < set(best.added)]
+    return close[:FOLDED_HYPOTHESES]

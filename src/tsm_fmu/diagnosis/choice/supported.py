@@ -13,7 +13,7 @@ parameters to leave as much.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -60,14 +60,15 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
     ----------
     hypotheses : sequence of Hypothesis
         The first has no effect but the nuisance effects. Those whose effects have lost their signature are no
-        candidates.
+        candidates, nor those that predict held-out runs worse than without one of their effects.
     refitted : Hypothesis
         The refitted model without those nuisance effects: what is removed is counted from it.
     """
     hypotheses = [h for h in hypotheses if not h.disguised]
+    hypotheses = [h for h in hypotheses if not any(_predicts_worse(h, less) for less in hypotheses)]
     best = min(hypotheses, key=log_residual)
     best_without = without_corrections(best, hypotheses)
-    near = [h for h in hypotheses if not _clearly_worse(h, best_without, refitted)]
+    near = [h for h in hypotheses if not clearly_worse(h, best_without, refitted)]
     find_significant_nuisances(near)
     alike = [h for h in near if indistinguishable(h, best_without, refitted, hypotheses)]
     fewest = min(len(h.effects) for h in alike)
@@ -77,6 +78,15 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
         key=lambda h: (sum(spec in h.form_corrections for spec in h.added), log_residual(h)),
     )
     return Choice(best, tuple(h for h in supported if not any(dominated(h, other) for other in supported)))
+
+
+def _predicts_worse(one: Hypothesis, less: Hypothesis) -> bool:
+    """Whether a hypothesis leaves clearly more of held-out runs than without some of its effects: these are none."""
+    if one.held_out is None or less.held_out is None or not set(less.added) < set(one.added):
+        return False
+    limit = np.square(one.fitted.task.form_share) * one.fitted.spread**2
+    noise = DIFFERENCE_DEVIANCE * less.held_out / less.effective_held_out
+    return bool((one.held_out - less.held_out > limit + noise).any())
 
 
 def without_corrections(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> Hypothesis:
@@ -118,25 +128,34 @@ def leading(hypotheses: Sequence[Hypothesis]) -> Hypothesis:
     return min(simpler, key=log_residual, default=best)
 
 
-def refit_with_fewer(
+def with_fewer(
     best: Hypothesis, hypotheses: Sequence[Hypothesis], refitted: Hypothesis, holdout: Sequence[FitRun]
 ) -> list[Hypothesis]:
-    """The same, those with one effect less refitted from the best fit's values where they then leave as little.
+    """The same, and the best one without each of its effects, from its values, where that leaves as little.
 
-    One more effect can lead the others out of a valley in which they had ended without it: it is not missing for that.
+    One more effect can lead the others out of a valley in which they had ended without it, or were not looked at
+    without it: it is not missing for that.
     """
+    found = {frozenset(h.added): h for h in hypotheses}
 
-    def refitted_again(one: Hypothesis) -> Hypothesis:
-        surplus = [spec for spec in best.added if spec not in one.added]
-        if len(surplus) != 1 or len(one.added) != len(best.added) - 1 or surplus[0] in one.nuisances:
-            return one
-        fitted = refit_without(best.fitted, surplus[0], one.nuisances)
-        if fitted.cost >= one.fitted.cost:
-            return one
-        less = with_fit(one, fitted, holdout)
-        return less if indistinguishable(less, best, refitted) else one
+    def without(more: Hypothesis, spec: str) -> Hypothesis | None:
+        added = tuple(s for s in more.added if s != spec)
+        known, fitted = found.get(frozenset(added)), refit_without(more.fitted, spec, more.nuisances)
+        if known is None:
+            kept = tuple(s for s in more.form_corrections if s != spec)
+            known = replace(more, added=added, form_corrections=kept, nuisance_tests=None)
+        elif fitted.cost >= known.fitted.cost:
+            return None
+        less = with_fit(known, fitted, holdout)
+        return less if indistinguishable(less, best, refitted) else None
 
-    return together(refitted_again, hypotheses)
+    wanted = [(best, spec) for spec in best.added]
+    while wanted:
+        fewer = together(lambda one: without(*one), [(h, spec) for h, spec in wanted if spec not in h.nuisances])
+        as_good = {frozenset(h.added): h for h in fewer if h is not None}
+        found |= as_good
+        wanted = [(h, spec) for h in as_good.values() for spec in h.added]
+    return list(found.values())
 
 
 def log_residual(one: Hypothesis) -> float:
@@ -144,6 +163,16 @@ def log_residual(one: Hypothesis) -> float:
     parts = [one.measured] if one.held_out is None else [one.measured, one.held_out]
     spread = one.fitted.spread**2
     return float(np.mean([np.sum(np.log(p / spread + FIT_SPREAD_SHARE**2)) for p in parts]))
+
+
+def log_gain(before: Hypothesis, after: Hypothesis) -> float:
+    """By how much less a hypothesis leaves than one before, as `log_residual`.
+
+    On the measured runs alone where one of the two was not judged on others.
+    """
+    if before.held_out is None or after.held_out is None:
+        before, after = replace(before, held_out=None), replace(after, held_out=None)
+    return log_residual(before) - log_residual(after)
 
 
 def indistinguishable(
@@ -163,7 +192,7 @@ def indistinguishable(
     return _within_allowance(one, best, *_residual_with_common(one, best, refitted, others), fewer)
 
 
-def _clearly_worse(one: Hypothesis, best: Hypothesis, refitted: Hypothesis) -> bool:
+def clearly_worse(one: Hypothesis, best: Hypothesis, refitted: Hypothesis) -> bool:
     """Whether a hypothesis leaves more than `indistinguishable` allows, whatever its nuisance effects would be.
 
     That asks for no refit: what nuisance effects remove need be known of the others only.

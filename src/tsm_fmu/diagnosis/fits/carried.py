@@ -2,7 +2,8 @@
 
 Held-out runs have another motion, and show other parameters well than the measured ones: values that these hardly
 determine say nothing there. The values of one rig must serve all its runs, so they may move to the held-out ones, and
-what that costs on the measured runs counts as left over.
+what that costs on the measured runs counts as left over. Where a measured run is left out, the values that have moved
+are those of the fit to all of them.
 """
 
 from __future__ import annotations
@@ -39,13 +40,15 @@ class CarriedOver:
     samples: int
 
 
-def carried_over(fitted: Fitted, runs: Sequence[FitRun]) -> CarriedOver:
+def carried_over(fitted: Fitted, runs: Sequence[FitRun], steps: int = STEPS) -> CarriedOver:
     """Judge a fit on runs that were not fitted, from their settling on; what a run has of its own is fitted to it.
 
     Parameters
     ----------
     fitted : Fitted
     runs : sequence of FitRun
+    steps : int
+        Of the move; without any the values stay, and a run has of its own what its settling gives.
 
     Raises
     ------
@@ -56,9 +59,30 @@ def carried_over(fitted: Fitted, runs: Sequence[FitRun]) -> CarriedOver:
     rows = [fitted.settled(run) for run in runs]
     late = [run.compared_from(int(is_settling(run).sum())) for run in runs]
     joint, start = replace(problem, runs=[*problem.runs, *late]), np.vstack([fitted.table, *rows])
-    gaps = joint.gaps(descent(STEPS).refined(joint, start))
-    cost = np.maximum(rms(gaps[:count]) ** 2 - fitted.rmse**2, 0.0)
-    left = gaps[count:]
+    gaps = joint.gaps(descent(steps).refined(joint, start) if steps else start)
+    return _carried(fitted, gaps[:count], gaps[count:])
+
+
+def left_out(fitted: Fitted, fold: Fitted, out: Sequence[int]) -> CarriedOver:
+    """Judge a fit on some of its runs, from their settling on.
+
+    Parameters
+    ----------
+    fitted : Fitted
+        To all runs.
+    fold : Fitted
+        The same, fitted without these.
+    out : sequence of int
+        Their numbers.
+    """
+    gaps = fitted.residuals
+    left = [gaps[k][is_settling(fitted.problem.runs[k]).sum() :] for k in out]
+    return _carried(fold, [r for k, r in enumerate(gaps) if k not in out], left)
+
+
+def _carried(fitted: Fitted, moved: Sequence[FloatArray], left: Sequence[FloatArray]) -> CarriedOver:
+    """What is left, with what it costs the runs of a fit that the values have moved."""
+    cost = np.maximum(rms(moved) ** 2 - fitted.rmse**2, 0.0)
     return CarriedOver(rms(left) ** 2 + cost, effective_samples(left), sum(len(r) for r in left))
 
 

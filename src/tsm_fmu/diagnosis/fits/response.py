@@ -25,6 +25,8 @@ from .refit import Fitted
 
 SHAPES = 7
 """Shapes tried for each shape parameter of an effect."""
+PROPORTIONAL = 1e-9
+"""A response off by no more, over its largest value, grows with its size."""
 EVENLY: tuple[Scale, ...] = ("position", "angle")
 """Scales over which shapes are spread evenly, and not over the logarithm."""
 
@@ -130,6 +132,8 @@ class Acting:
         self.inputs = np.concatenate(inputs)
         self.edges = np.cumsum([0, *(run.time.size for run in problem.runs)])
         self.size = float(np.sqrt(np.sum(responses.flat(fitted.residuals) ** 2)))
+        self._linear: dict[str, bool] = {}
+        """By size parameter, whether the response grows with it: what holds for one shape holds for all."""
 
     def columns(
         self, shape: Mapping[str, float], steps: Sequence[float] | None = None
@@ -147,16 +151,31 @@ class Acting:
         for number, (name, role) in enumerate(sizes_of(self.attached.module).items()):
             if steps is not None:
                 step = steps[number]
+                column = self.response({**shape, name: step})
             else:
-                step = role.first
-                size = float(np.linalg.norm(self.response({**shape, name: step})))
-                if math.isfinite(size) and size > 0.0:
-                    limit = _largest(self.effect, name)
-                    step = math.copysign(min(max(abs(step) * self.size / size, 1e-9), limit), step)
-            column = self.response({**shape, name: step})
+                first = self.response({**shape, name: role.first})
+                step = self._of_residual_size(name, role.first, float(np.linalg.norm(first)))
+                column = self._grown(shape, name, first, role.first, step)
             columns.append(column if np.isfinite(column).all() else np.zeros_like(column))
             taken.append(step)
         return columns, taken
+
+    def _of_residual_size(self, name: str, first: float, response: float) -> float:
+        """Step of a size parameter at which its response is about as large as the residual."""
+        if not (math.isfinite(response) and response > 0.0):
+            return first
+        return math.copysign(min(max(abs(first) * self.size / response, 1e-9), _largest(self.effect, name)), first)
+
+    def _grown(self, shape: Mapping[str, float], name: str, first: FloatArray, at: float, step: float) -> FloatArray:
+        """Response to a step of a size parameter, from that to its first one where it grows with it."""
+        grown = first * (step / at)
+        if self._linear.get(name):
+            return grown
+        column = self.response({**shape, name: step})
+        most = float(np.abs(column).max())
+        if math.isfinite(most) and most > 0.0:
+            self._linear.setdefault(name, bool((np.abs(column - grown) <= PROPORTIONAL * most).all()))
+        return column
 
     def response(self, values: Mapping[str, float]) -> FloatArray:
         """Change of all channels by the effect, as one weighted column."""
