@@ -99,7 +99,9 @@ def catalogue() -> list[Case]:
         *_friction(Case("load_dependence", "", share=0.3, also=("drive_direction",)), LOADED),  # k_m = 0 is this law
         *_friction(Case("bend_angle", "", share=0.4), LOADED),
         *_friction(Case("temperature_dependence", "", share=0.08), every),
-        *_friction(Case("drive_direction", "", share=0.3), DRIVES),
+        *_friction(
+            Case("drive_direction", "", share=0.3, motions=("sines", "strokes")), DRIVES
+        ),  # strokes hardly brake
         *_friction(Case("direction_asymmetry", "", share=0.3), ("LuGreFriction", *DRIVES)),
         *_channels(Case("offset_drift", "", share=0.2, motions=drifting), FORCE),
         *_channels(

@@ -89,16 +89,54 @@ def test_cutoff_outside_the_possible_range_is_refused():
         differentiate(time[:5], time[:5], 1)
 
 
-def test_gaps_are_refused_by_row():
-    keep = np.delete(np.arange(5000), slice(1200, 1260))
-    time = keep / 1000.0
+def test_uneven_sampling_is_refused_by_row():
+    time = np.arange(5000) / 1000.0
+    time[1201:] += 0.0006
+    time[3000] = time[2999] + 0.0002
     x, _, _ = motion(time)
     run = Record("gap", time, {"x": x, "tau_in": x, "tau_load": x}, {"x": "rad", "tau_in": "N.m", "tau_load": "N.m"})
     message = (
-        r"interval of 0\.061 s between rows 1201 and 1202 \(t = 1\.199 s\), 1 such in all -- expected even sampling"
+        r"interval of 0\.0016 s between rows 1202 and 1203 \(t = 1\.2 s\), 3 such in all -- expected even sampling"
     )
     with pytest.raises(InputError, match=message):
         run.inputs_for(kernel("PairedTsmFriction"))
+
+
+def test_what_is_before_and_after_a_long_gap_is_derived_by_itself():
+    """With a jump of the position in the gap, which no stretch sees."""
+    kept = np.delete(np.arange(6001), np.r_[1200:1260, 4003:4900])
+    time = kept / 1000.0
+    x, v, a = motion(time)
+    moved = x + np.where(kept > 4003, 0.37, 0.0)
+    found = differentiate(time, moved, 1, 20.0)
+    assert (found.gaps, found.bridged, found.values.shape) == (2, 0, time.shape)
+    assert np.abs(found.values - v).max() < 0.03 * np.abs(v).max()
+    alone = np.concatenate(
+        [differentiate(time[k], x[k], 1, 20.0).values for k in (slice(0, 1200), slice(1200, 3943), slice(3943, None))]
+    )
+    np.testing.assert_allclose(found.values, alone, atol=1e-9)
+    units = {"x": "rad", "tau_in": "N.m", "tau_load": "N.m"}
+    record = Record("r", time, {"x": moved, "tau_in": x, "tau_load": x}, units)
+    assert (
+        kernel_inputs(record, kernel("PairedTsmFriction"))
+        .notes[0]
+        .endswith(", on each side of 2 longer gaps by itself")
+    )
+    assert nrms(differentiate(time, moved, 2, 20.0).values[300:900] - a[300:900], a) < 0.02
+
+
+def test_a_stretch_too_short_to_differentiate_is_refused_by_its_rows():
+    time = np.delete(np.arange(3000), np.r_[1200:1260, 1263:1400]) / 1000.0
+    with pytest.raises(InputError, match=r"^rows 1202 to 1204, between two gaps: 3 samples -- expected at least 7"):
+        differentiate(time, np.sin(time), 1, first_row=2)
+
+
+def test_a_short_stretch_has_the_cutoff_of_the_others_as_far_as_it_can():
+    time = np.delete(np.arange(3000), np.r_[1200:1260, 1283:1400]) / 1000.0
+    x, v, _ = motion(time)
+    assert np.abs(differentiate(time, x, 1).values - v).max() < 0.03 * np.abs(v).max()
+    with pytest.raises(InputError, match=r"^rows 1200 to 1222, between two gaps: cut-off 5 Hz -- expected"):
+        differentiate(time, x, 1, 5.0)
 
 
 def test_gaps_of_a_few_rows_are_bridged_and_said():
@@ -118,8 +156,7 @@ def test_gaps_of_a_few_rows_are_bridged_and_said():
     ).notes
     assert notes[0].endswith(", over gaps of 15 rows in all that the log lacks")
     eleven = np.delete(np.arange(6001), slice(700, 711)) / 500.0
-    with pytest.raises(InputError, match=r"interval of 0\.024 s between rows 699 and 700"):
-        differentiate(eleven, np.sin(eleven), 1, 20.0)
+    assert differentiate(eleven, np.sin(eleven), 1, 20.0).gaps == 1
 
 
 def test_kernel_inputs_derive_what_is_missing_and_say_so():

@@ -62,10 +62,11 @@ PRESETS = {}
 
 
 def harmonics(p: Params, theta: float) -> float:
-    """Sum of Eq (1) at the drum angle ``theta``."""
-    first = p.C_1 * math.cos(theta) + p.S_1 * math.sin(theta)
-    second = p.C_2 * math.cos(2.0 * theta) + p.S_2 * math.sin(2.0 * theta)
-    return first + second + p.C_3 * math.cos(3.0 * theta) + p.S_3 * math.sin(3.0 * theta)
+    """Sum of Eq (1) at the drum angle ``theta``; the second and third harmonic from the first by angle addition."""
+    c_1, s_1 = math.cos(theta), math.sin(theta)
+    c_2, s_2 = c_1 * c_1 - s_1 * s_1, 2.0 * s_1 * c_1
+    c_3, s_3 = c_1 * c_2 - s_1 * s_2, s_1 * c_2 + c_1 * s_2
+    return p.C_1 * c_1 + p.S_1 * s_1 + p.C_2 * c_2 + p.S_2 * s_2 + p.C_3 * c_3 + p.S_3 * s_3
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,10 @@ _ORDER = 4
 _SHORTEST = 7
 _LONGEST = 2001  # beyond it the polynomial fit loses digits
 _MOST_LOST = 10
-"""Rows that one gap may lack and still be bridged: a hiccup of the logger, not a pause in which anything may happen."""
+"""Rows that one gap may lack and still be bridged: a hiccup of the logger, not a pause in which anything may happen.
+
+At a longer one the derivative on either side is that of its own stretch.
+"""
 _PRODUCT = {1: 1.248, 2: 1.409}  # cut-off frequency times window length, for long windows
 
 
@@ -43,12 +47,15 @@ class Derivative:
         Samples in the polynomial window.
     bridged : int
         Rows that the log lacks, whose positions were interpolated for this.
+    gaps : int
+        Longer gaps: what is before and what is after was differentiated alone.
     """
 
     values: FloatArray
     cutoff: float
     window: int
     bridged: int = 0
+    gaps: int = 0
 
 
 def sample_period(time: FloatArray, first_row: int = 0) -> float:
@@ -95,6 +102,14 @@ def _bridged(time: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray, N
     return whole, np.asarray(PchipInterpolator(time, x)(whole)), rows
 
 
+def _stretches(time: FloatArray) -> list[slice]:
+    """Rows between gaps that are too long to be bridged; all of them where the sampling is uneven without gaps."""
+    steps = np.diff(time)
+    gaps = np.flatnonzero(np.rint(steps / np.median(steps)) > _MOST_LOST + 1) + 1 if steps.size else []
+    edges = [0, *map(int, gaps), time.size]
+    return [slice(a, b) for a, b in pairwise(edges)]
+
+
 def default_cutoff(time: FloatArray, x: FloatArray) -> float:
     """Cut-off [Hz] from the signal: twice the frequency above which only noise is left.
 
@@ -134,8 +149,31 @@ def differentiate(
     Raises
     ------
     InputError
-        If sampling is uneven, or the cut-off is outside what rate and length of the record allow.
+        If sampling is uneven, or the cut-off is outside what rate and length of the record allow; where it has long
+        gaps, of a stretch between them.
     """
+    stretches = _stretches(time)
+    longest = max(stretches, key=lambda rows: rows.stop - rows.start)
+    main = _of_stretch(time[longest], x[longest], order, cutoff, first_row + longest.start)
+    if len(stretches) == 1:
+        return main
+    found = []
+    for rows in stretches:
+        piece = time[rows], x[rows]
+        at = first_row + rows.start
+        try:
+            # the same filter, where that is within what a short stretch allows
+            found.append(main if rows is longest else _of_stretch(*piece, order, cutoff, at, main.cutoff))
+        except InputError as refusal:
+            raise InputError(f"rows {at} to {first_row + rows.stop - 1}, between two gaps: {refusal}") from None
+    values = np.concatenate([one.values for one in found])
+    return Derivative(values, main.cutoff, main.window, sum(one.bridged for one in found), len(stretches) - 1)
+
+
+def _of_stretch(
+    time: FloatArray, x: FloatArray, order: int, cutoff: float | None, first_row: int, wished: float | None = None
+) -> Derivative:
+    """That of rows without a gap that cannot be bridged; with the cut-off wished for as far as it is possible."""
     time, x, rows = _bridged(time, x)
     period = sample_period(time, first_row)
     longest = min(x.size - 1 + x.size % 2, _LONGEST)
@@ -143,7 +181,7 @@ def differentiate(
         raise InputError(f"{x.size} samples -- expected at least {_SHORTEST} to differentiate -- give a longer log")
     lowest, highest = (_cutoff(window, period, order) for window in (longest, _SHORTEST))
     if cutoff is None:
-        cutoff = min(max(default_cutoff(time, x), lowest), highest)
+        cutoff = min(max(wished or default_cutoff(time, x), lowest), highest)
     elif not lowest <= cutoff <= highest:
         raise InputError(
             f"cut-off {cutoff:g} Hz -- expected {lowest:.3g} to {highest:.3g} Hz for {x.size} samples at "

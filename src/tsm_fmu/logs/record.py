@@ -180,6 +180,8 @@ def kernel_inputs(record: Record, kernel: Kernel, cutoff: float | None = None) -
         derived = differentiate(record.time, record.columns[name], order, cutoff, record.first_row)
         columns.append(derived.values)
         bridged = f", over gaps of {derived.bridged} rows in all that the log lacks" if derived.bridged else ""
+        if derived.gaps:
+            bridged += f", on each side of {derived.gaps} longer gap{'s' if derived.gaps > 1 else ''} by itself"
         notes.append(
             f"{variable.name} derived from {name} by a zero-phase Savitzky-Golay differentiator, "
             f"cut-off {derived.cutoff:.3g} Hz ({derived.window} samples){bridged}"

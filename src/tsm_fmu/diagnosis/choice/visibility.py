@@ -30,7 +30,7 @@ from ..criteria import (
 )
 from ..fits.placing import least_stroke
 from ..fits.refit import Fitted, rms
-from ..fits.response import Responses
+from ..fits.response import SHAPES, Responses
 from .hypotheses import Hypothesis
 
 STEP, LENGTH = 0.01, 16.0
@@ -87,7 +87,7 @@ class _Compared:
         """RMS by channel, over the spread, that the runs would show of the effect; whether the baseline has it."""
         found, beyond = [], []
         ordinarily, in_these = self.in_ordinary_use.acting(one), self.in_runs.acting(one)
-        for shape in self.in_ordinary_use.shapes(one.module):
+        for shape in self.in_ordinary_use.shapes(one.module)[:SHAPES]:  # a median needs no more
             ordinary_use, steps = ordinarily.columns(shape)
             in_runs, _ = in_these.columns(shape, steps)
             for in_ordinary_use, now in zip(ordinary_use, in_runs, strict=True):
