@@ -14,8 +14,8 @@ from PIL import Image
 from tests.browser import LARGEST, assert_readable, needs_chromium, opened
 from tsm_fmu import InputError
 from tsm_fmu.report import Line, Section, Table, bar_figure, loop_figure, time_figure, write_report
-from tsm_fmu.report.draw import _plot, legend, thinned
-from tsm_fmu.report.panel import Panel
+from tsm_fmu.report.draw import _plot, thinned
+from tsm_fmu.report.panel import Panel, legend
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_trapezoid
 from scipy.signal import find_peaks, periodogram
 
 from ..kernels.arrays import FloatArray
@@ -92,6 +91,8 @@ def with_travel(record: Record) -> tuple[Record, str | None]:
         speed = record.columns[name]
         if (same_quantity(unit, "rad/s") or same_quantity(unit, "m/s")) and np.ptp(speed) > 0.0:
             travel, unit = f"integral of {name}", unit_to_si(unit).si.removesuffix("/s")
+            from scipy.integrate import cumulative_trapezoid  # slow to import, seldom needed
+
             x = cumulative_trapezoid(speed, record.time, initial=0.0)
             return replace(record, columns={**record.columns, travel: x}, units={**record.units, travel: unit}), travel
     return record, None

@@ -6,9 +6,9 @@ import math
 import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from lmfit import Parameters
 
 from ..kernels.arrays import FloatArray
 from ..kernels.kernel import Kernel
@@ -27,6 +27,9 @@ from .findings import conditions_met, fields_on_bound, findings
 from .genetic import Evolution
 from .informative import check_informative
 from .shortfall import shortfalls
+
+if TYPE_CHECKING:
+    from lmfit import Parameters
 
 METHODS = {"fast": MultiStart, "paper": Evolution}
 INTERVALS = ("linear", "profile")

@@ -16,14 +16,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
-from lmfit import Parameters
 from scipy.optimize import root_scalar
 
 from ..kernels.arrays import FloatArray
 from .problem import Problem
 from .solver import SearchLog, Solution, Solver
 from .uncertainty import Uncertainty
+
+if TYPE_CHECKING:
+    from lmfit import Parameters
 
 _Profiled = Callable[[FloatArray, int, float], FloatArray | None]
 Intervals = Mapping[str, tuple[float, float]]

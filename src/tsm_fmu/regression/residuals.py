@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from statsmodels.stats.diagnostic import acorr_ljungbox
-from statsmodels.stats.stattools import durbin_watson, jarque_bera
 
 from ..kernels.arrays import FloatArray
 from .problem import FitRun
@@ -42,6 +40,9 @@ class ResidualTests:
 
 def residual_tests(times: list[FloatArray], errors: list[FloatArray]) -> ResidualTests:
     """Whiteness and normality of the errors of one channel."""
+    from statsmodels.stats.diagnostic import acorr_ljungbox  # slow to import: only those who ask for tests pay
+    from statsmodels.stats.stattools import durbin_watson, jarque_bera
+
     longest, whiteness, normality, watson = 0.0, 1.0, 1.0, []
     for time, error in zip(times, errors, strict=True):
         tau = autocorrelation_time(error)

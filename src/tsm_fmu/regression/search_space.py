@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
-from lmfit import Parameters
+if TYPE_CHECKING:
+    from lmfit import Parameters
 
 
 @dataclass(frozen=True)
@@ -124,6 +126,8 @@ class SearchSpace:
 
     def to_lmfit(self) -> Parameters:
         """The parameters as those of lmfit, by field."""
+        from lmfit import Parameters  # brings Matplotlib: only results in its form pay for that
+
         parameters = Parameters()
         for field, p in self.parameters.items():
             parameters.add(field, value=p.start, vary=p.free, min=p.lo, max=p.hi)

@@ -18,6 +18,8 @@ OUTPUT_STEP, OUTPUT_LEAST = 1e-4, 1e-3
 """Step for outputs, as part of the value; of a smaller value, of `OUTPUT_LEAST`."""
 OFFSET_STEP = 1e-6
 """Step for outputs of a parameter with a value for each run, in its unit."""
+SCALED_ROWS = 200_000
+"""Rows simulated at once to see what parameters do: what they have in common is simulated once, few are in memory."""
 RESIDUAL_STEP = 1e-5
 """Step for residuals, as part of the change that moves the outputs by a standard deviation."""
 RESIDUAL_MOST = 1e-3
@@ -127,8 +129,7 @@ def output_jacobian(problem: Problem, table: FloatArray, weights: FloatArray) ->
         values = table[:, problem.fields.index(field)]
         if field in problem.per_run:
             return np.full(values.size, OFFSET_STEP)
-        h = OUTPUT_STEP * max(abs(values[0]), OUTPUT_LEAST)
-        return np.full(values.size, -h if values[0] + h > problem.space[field].hi else h)
+        return np.full(values.size, _output_step(problem, table, field))
 
     moves = _moves(problem, table, problem.space.free, steps)
     still = problem.outputs_of_all(table)
@@ -143,23 +144,44 @@ def sensitivity_scales(problem: Problem) -> dict[str, float]:
 
     Infinite for a parameter without any effect on these runs.
     """
-    table = problem.start()
-    still = problem.outputs_of_all(table)
+    table, free = problem.start(), problem.space.free
+    steps = {name: _output_step(problem, table, name) for name in free}
+    at_once = max(1, SCALED_ROWS // sum(run.time.size for run in problem.runs))
+    still: list[FloatArray] = []
     scales: dict[str, float] = {}
-    for name in problem.space.free:
-        j = problem.fields.index(name)
-        h = OUTPUT_STEP * max(abs(table[0, j]), OUTPUT_LEAST)
-        if table[0, j] + h > problem.space[name].hi:
-            h = -h
-        shifted = table.copy()
-        shifted[:, j] += h
-        moved, count = 0.0, 0
-        for y, before in zip(problem.outputs_of_all(shifted), still, strict=True):
-            change = (y - before) * problem.weights
-            with np.errstate(over="ignore"):
-                moved, count = moved + float(np.nansum(change**2)), count + change.size
-        scales[name] = abs(h) / math.sqrt(moved / count) if moved > 0.0 else math.inf
+    for first in range(0, len(free), at_once):
+        names = free[first : first + at_once]
+        tables = [_moved(table, problem.fields.index(name), steps[name]) for name in names]
+        if not still:
+            tables.insert(0, table)
+        # in one call: simulations have the pieces of a chain in common that no moved parameter is in
+        every = problem.outputs_at([(k, row) for t in tables for k, row in enumerate(t)])
+        found = [every[k : k + len(table)] for k in range(0, len(every), len(table))]
+        still = still or found.pop(0)
+        for name, outputs in zip(names, found, strict=True):
+            rms = _rms_of_change(problem, still, outputs)
+            scales[name] = abs(steps[name]) / rms if rms > 0.0 else math.inf
     return scales
+
+
+def _rms_of_change(problem: Problem, before: Sequence[FloatArray], after: Sequence[FloatArray]) -> float:
+    """Of the weighted channels of all runs; what is no number does not count."""
+    with np.errstate(over="ignore"):
+        squares = [((y - x) * problem.weights) ** 2 for x, y in zip(before, after, strict=True)]
+    return math.sqrt(sum(float(np.nansum(one)) for one in squares) / sum(one.size for one in squares))
+
+
+def _output_step(problem: Problem, table: FloatArray, field: str) -> float:
+    """How far a parameter is moved to see what outputs do, away from its upper bound."""
+    value = float(table[0, problem.fields.index(field)])
+    h = OUTPUT_STEP * max(abs(value), OUTPUT_LEAST)
+    return -h if value + h > problem.space[field].hi else h
+
+
+def _moved(table: FloatArray, column: int, step: float) -> FloatArray:
+    found = table.copy()
+    found[:, column] += step
+    return found
 
 
 def _moves(

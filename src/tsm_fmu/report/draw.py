@@ -30,16 +30,13 @@ from bokeh.plotting import figure
 from bokeh.themes import Theme
 from numpy.typing import ArrayLike, NDArray
 
-from .panel import Panel, colour
+from .panel import MARKED, Panel, colour
 
 MOST_POINTS = 2000
 """Points drawn per line: enough for any screen, and the page stays small."""
 
 MOST_NAMES = 8
 """Names along an axis of a map."""
-
-MARKED = "#d0453c"
-"""Colour of what is marked or printed, in every figure."""
 
 ACCENT = 2
 """Number of the colour of bars that stand out."""
@@ -56,24 +53,6 @@ def plot_item(panels: Sequence[Panel], most_points: int = MOST_POINTS) -> dict[s
     root = plots[0] if len(plots) == 1 else gridplot([[p] for p in plots], sizing_mode="stretch_width")
     Document().add_root(root)
     return dict(json_item(root, theme=THEME))
-
-
-def legend(panels: Sequence[Panel]) -> list[tuple[str, str, str]]:
-    """Name, colour and stroke (``line``, ``dash``, ``point``) of what is drawn, where there is more than one thing.
-
-    Of several panels only where they show the same things; else each is told by its axis.
-    """
-    entries: list[tuple[str, str, str]] = []
-    for panel in panels:
-        for number, line in enumerate(panel.lines):
-            stroke = "dash" if line.dashed else "line"
-            entries.append((line.name, colour(number if line.colour is None else line.colour), stroke))
-        entries += [(band.name, colour(number), "line") for number, band in enumerate(panel.bands) if band.name]
-        entries += [(level.name, MARKED, "dash") for level in panel.levels if level.name]
-        entries += [(points.name, MARKED, "point") for points in panel.points]
-    different = list(dict.fromkeys(entries))
-    shared = len(panels) == 1 or len(different) < len(entries)
-    return different if shared and len(different) > 1 else []
 
 
 def thinned(x: ArrayLike, y: ArrayLike, most: int = MOST_POINTS) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -14,8 +14,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from .draw import MOST_POINTS, legend, plot_item
-from .panel import Panel
+from .panel import Panel, legend
 
 POINTS_OF_A_PAGE = 70_000
 """Points of all lines of a page together, so that it stays below 1.5 MB; a line keeps `LEAST_POINTS`."""
@@ -49,6 +48,8 @@ class Plots:
         """Library, data and the program that draws; nothing where nothing was placed."""
         if not self._plots:
             return Markup("")
+        from .draw import MOST_POINTS, plot_item  # brings the plot library: only those who draw pay for it
+
         lines = sum(len(panel.lines) for plot in self._plots for panel in plot.panels)
         most = max(LEAST_POINTS, min(MOST_POINTS, POINTS_OF_A_PAGE // max(1, lines)))
         items = [plot_item(plot.panels, most) for plot in self._plots]

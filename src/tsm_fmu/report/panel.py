@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike
 COLOURS = ("#2f7fd6", "#d9534f", "#2e9e63", "#b8860b", "#8e63c7", "#7b868f")
 """Of lines in their order; each stands out from white paper and from a dark screen (contrast over 3)."""
 
+MARKED = "#d0453c"
+"""Colour of what is marked or printed, in every figure."""
+
 
 @dataclass(frozen=True)
 class Line:
@@ -103,3 +106,21 @@ class Panel:
 def colour(number: int) -> str:
     """Colour of the line with this number."""
     return COLOURS[number % len(COLOURS)]
+
+
+def legend(panels: Sequence[Panel]) -> list[tuple[str, str, str]]:
+    """Name, colour and stroke (``line``, ``dash``, ``point``) of what is drawn, where there is more than one thing.
+
+    Of several panels only where they show the same things; else each is told by its axis.
+    """
+    entries: list[tuple[str, str, str]] = []
+    for panel in panels:
+        for number, line in enumerate(panel.lines):
+            stroke = "dash" if line.dashed else "line"
+            entries.append((line.name, colour(number if line.colour is None else line.colour), stroke))
+        entries += [(band.name, colour(number), "line") for number, band in enumerate(panel.bands) if band.name]
+        entries += [(level.name, MARKED, "dash") for level in panel.levels if level.name]
+        entries += [(points.name, MARKED, "point") for points in panel.points]
+    different = list(dict.fromkeys(entries))
+    shared = len(panels) == 1 or len(different) < len(entries)
+    return different if shared and len(different) > 1 else []
