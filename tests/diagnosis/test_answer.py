@@ -146,6 +146,17 @@ def test_parameters_and_refusal() -> None:
     assert answer(found("not_excited")).startswith("No answer from these runs: no effect that could explain it shows")
 
 
+def test_a_channel_that_nothing_explains_is_said_beside_the_answer() -> None:
+    left = gap()
+    left["x_out"] = replace(left["x_out"], unexplained=True, holdout_before=0.31, holdout_after=0.27)
+    one = found("named", effects=("load_dependence",), gap=left)
+    assert leading_channel(one) == "tau_in"
+    assert "load-dependent friction explains 93 % of it; held-out error of tau_in 12.1 -> 2.3 mN.m" in answer(one)
+    assert "What x_out lacks no effect of the library explains: held-out error of x_out" in answer(one)
+    assert leading_channel(found("unknown", gap=left)) == "x_out"
+    assert "lacks no effect" not in answer(found("unknown", gap=left))
+
+
 def test_the_channel_is_the_one_that_was_closed() -> None:
     assert leading_channel(found("named", effects=("inertia",))) == "tau_in"
     both = gap()

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.answer.candidates import candidates_of, rows_of, steps_of
+from tsm_fmu.diagnosis.choice.floors import Floors
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, hypothesis
 from tsm_fmu.diagnosis.evidence import Candidate, Gap
 from tsm_fmu.diagnosis.fits.refit import Task, refit
@@ -159,11 +160,13 @@ def test_rows_are_the_answers_effects_in_its_fit_then_each_alone_best_first() ->
     start, wear, creep = made("", (0.8, 0.2)), made("wear", (0.5, 0.1)), made("creep", (0.4, 0.1))
     both = made("wear creep", (0.1, 0.05))
     choice: Any = SimpleNamespace(winner=both)
-    for unexplained, expected in (
-        (False, [("wear", both), ("creep", both)]),
-        (True, [("creep", creep), ("wear", wear)]),
+    for unexplained, in_part, expected in (
+        (False, False, [("wear", both), ("creep", both)]),
+        (True, False, [("creep", creep), ("wear", wear)]),
+        (True, True, [("wear", both), ("creep", both)]),  # of another channel than that which nothing explains
     ):
-        floors: Any = SimpleNamespace(unexplained=np.array([False, unexplained]))
+        left = np.array([False, unexplained])
+        floors = Floors(np.ones(2), np.ones(2), None, left, left, in_part)
         assert rows_of([start, wear, creep, both], choice, floors) == expected
 
 

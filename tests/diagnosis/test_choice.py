@@ -142,6 +142,19 @@ def test_two_effects_only_where_one_leaves_clearly_more() -> None:
     assert names(choice_of([plain, one, clearly], plain)) == [("inertia", "stribeck")]
 
 
+@pytest.mark.parametrize(
+    ("held", "expected"), [(0.05, ("inertia", "viscous")), (0.0605, ("inertia", "viscous")), (0.07, ("inertia",))]
+)
+def test_an_effect_with_which_held_out_runs_are_predicted_worse_is_none(held: float, expected: tuple[str, ...]) -> None:
+    """Whatever it takes from the measured ones; within what an effect may correct it is no worse."""
+    plain, one = made("", 0.2, 0.2), made("inertia", 0.06, 0.06)
+    both = made("inertia viscous", 0.02, held)
+    assert names(choice_of([plain, one, both], plain)) == [expected]
+    several = made("inertia viscous", 0.02, 0.07, effective=20.0)  # chance makes as much of so few samples
+    few = [made("", 0.2, 0.2, effective=20.0), made("inertia", 0.06, 0.06, effective=20.0), several]
+    assert choice_of(few, few[0]).best is several
+
+
 def test_the_allowance_of_a_second_effect_is_for_what_the_second_removes() -> None:
     plain, one = made("", 0.9), made("inertia", 0.1)
     best, rival = made("inertia stribeck", 0.031), made("inertia delay", 0.045)

@@ -76,6 +76,20 @@ def test_one_effect_less_is_refitted_from_the_values_of_the_best(
     assert again.fitted.cost < 1.001 * best.fitted.cost < 0.9 * one.fitted.cost
 
 
+def test_one_effect_less_is_looked_at_that_was_not_and_again_one_less(
+    task: Task, best: Hypothesis, more: Hypothesis
+) -> None:
+    """Of three effects of which two do nothing the way leads down to the one."""
+    specs = ("inertia", "wear", "creep")
+    three = hypothesis(specs, refit(task, specs, more.fitted.values), (), [])
+    none = hypothesis((), refit(task, (), {}), (), [])
+    found = {h.added: h for h in with_fewer(three, [none, three], none, [])}
+    assert {("inertia", "wear"), ("inertia", "creep"), ("inertia",)} <= found.keys()
+    assert ("wear", "creep") not in found  # leaves what the mass removes
+    assert found["inertia",].fitted.cost < 1.001 * best.fitted.cost
+    assert found[()] is none
+
+
 def test_what_is_better_or_no_rival_is_left_as_it_is(task: Task, best: Hypothesis, more: Hypothesis) -> None:
     exact = replace(best, fitted=replace(best.fitted))
     exact.fitted.__dict__["cost"] = 0.0

@@ -127,7 +127,7 @@ def test_what_is_before_and_after_a_long_gap_is_derived_by_itself():
 
 def test_a_stretch_too_short_to_differentiate_is_refused_by_its_rows():
     time = np.delete(np.arange(3000), np.r_[1200:1260, 1263:1400]) / 1000.0
-    with pytest.raises(InputError, match=r"^rows 1202 to 1204, between two gaps: 3 samples -- expected at least 7"):
+    with pytest.raises(InputError, match=r"^3 samples in rows 1202 to 1204, beside a gap -- expected at least 7"):
         differentiate(time, np.sin(time), 1, first_row=2)
 
 
@@ -135,7 +135,7 @@ def test_a_short_stretch_has_the_cutoff_of_the_others_as_far_as_it_can():
     time = np.delete(np.arange(3000), np.r_[1200:1260, 1283:1400]) / 1000.0
     x, v, _ = motion(time)
     assert np.abs(differentiate(time, x, 1).values - v).max() < 0.03 * np.abs(v).max()
-    with pytest.raises(InputError, match=r"^rows 1200 to 1222, between two gaps: cut-off 5 Hz -- expected"):
+    with pytest.raises(InputError, match=r"^cut-off 5 Hz in rows 1200 to 1222, beside a gap -- expected"):
         differentiate(time, x, 1, 5.0)
 
 

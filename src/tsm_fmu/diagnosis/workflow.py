@@ -266,7 +266,7 @@ def _described(
         rows_of(found.selection.hypotheses, found.selection.choice, found.selection.floors),
         _answered(found), gap, before.refitted,
         before.with_nuisances, runs.measured, (*found.not_excited, *found.not_applicable),
-        unknown=bool(found.selection.floors.unexplained.any()),
+        unknown=found.selection.floors.without_answer,
     )  # fmt: skip
     stage = "given" if verdict.word in ("none", "parameters") else "refitted"
     missing = verdict.word in ("named", "ambiguous", "unknown")

@@ -159,32 +159,33 @@ def differentiate(
         return main
     found = []
     for rows in stretches:
-        piece = time[rows], x[rows]
         at = first_row + rows.start
-        try:
-            # the same filter, where that is within what a short stretch allows
-            found.append(main if rows is longest else _of_stretch(*piece, order, cutoff, at, main.cutoff))
-        except InputError as refusal:
-            raise InputError(f"rows {at} to {first_row + rows.stop - 1}, between two gaps: {refusal}") from None
+        place = f" in rows {at} to {first_row + rows.stop - 1}, beside a gap"
+        # the same filter, where that is within what a short stretch allows
+        stretch = time[rows], x[rows], order, cutoff, at, main.cutoff, place
+        found.append(main if rows is longest else _of_stretch(*stretch))
     values = np.concatenate([one.values for one in found])
     return Derivative(values, main.cutoff, main.window, sum(one.bridged for one in found), len(stretches) - 1)
 
 
 def _of_stretch(
-    time: FloatArray, x: FloatArray, order: int, cutoff: float | None, first_row: int, wished: float | None = None
-) -> Derivative:
+    time: FloatArray, x: FloatArray, order: int, cutoff: float | None, first_row: int, wished: float | None = None,
+    place: str = "",
+) -> Derivative:  # fmt: skip
     """That of rows without a gap that cannot be bridged; with the cut-off wished for as far as it is possible."""
     time, x, rows = _bridged(time, x)
     period = sample_period(time, first_row)
     longest = min(x.size - 1 + x.size % 2, _LONGEST)
     if longest < _SHORTEST:
-        raise InputError(f"{x.size} samples -- expected at least {_SHORTEST} to differentiate -- give a longer log")
+        raise InputError(
+            f"{x.size} samples{place} -- expected at least {_SHORTEST} to differentiate -- give a longer log"
+        )
     lowest, highest = (_cutoff(window, period, order) for window in (longest, _SHORTEST))
     if cutoff is None:
         cutoff = min(max(wished or default_cutoff(time, x), lowest), highest)
     elif not lowest <= cutoff <= highest:
         raise InputError(
-            f"cut-off {cutoff:g} Hz -- expected {lowest:.3g} to {highest:.3g} Hz for {x.size} samples at "
+            f"cut-off {cutoff:g} Hz{place} -- expected {lowest:.3g} to {highest:.3g} Hz for {x.size} samples at "
             f"{1.0 / period:.6g} Hz -- choose a --cutoff inside"
         )
     half = int(np.rint(0.5 * (_PRODUCT[order] / (cutoff * period) - 1.0)))

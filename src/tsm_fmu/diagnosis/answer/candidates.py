@@ -32,10 +32,10 @@ def rows_of(hypotheses: Sequence[Hypothesis], choice: Choice, floors: Floors) ->
         The first has no effect but the nuisance parameters.
     choice : Choice
     floors : Floors
-        Where something is unexplained there is no answer.
+        Where something is left that takes away the names there is no answer.
     """
     start, found = hypotheses[0], {}
-    rows = [] if floors.unexplained.any() else [(spec, choice.winner) for spec in choice.winner.effects]
+    rows = [] if floors.without_answer else [(spec, choice.winner) for spec in choice.winner.effects]
     rows += [(spec, start) for spec in start.significant]
     singles = [h for h in hypotheses if len(h.added) == 1]
     rows += [(h.added[0], h) for h in sorted(singles, key=lambda h: -log_gain(start, h))]

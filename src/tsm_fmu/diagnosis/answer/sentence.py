@@ -38,7 +38,16 @@ def answer(found: Diagnosis) -> str:
         text = f"No answer from these runs: {reasons}. {as_sentence(numbers)}"
     else:
         text = _with_gap(found, channel, numbers)
-    return text + _nuisances_text(found)
+    return text + _unexplained_text(found) + _nuisances_text(found)
+
+
+def _unexplained_text(found: Diagnosis) -> str:
+    """Channels that nothing explains beside those that the answer does."""
+    if not found.effects and not found.equivalent:
+        return ""
+    channels = [c for c, g in found.gap.items() if g.unexplained]
+    numbers = "; ".join(errors_text(c, found.gap[c]) for c in channels)
+    return f" What {' and '.join(channels)} lacks no effect of the library explains: {numbers}." if channels else ""
 
 
 def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
@@ -123,14 +132,15 @@ def either(names: Sequence[str]) -> str:
 def leading_channel(found: Diagnosis) -> str | None:
     """The channel that the answer is about: what was closed most in floors, else what is furthest above its floor.
 
-    Of channels in which nothing is unexplained only where that is so of all.
+    Without an answer, of channels in which nothing is unexplained only where that is so of all.
     """
+    answered = bool(found.effects or found.equivalent)
 
     def weight(g: Gap) -> float:
-        removed = max(g.refitted**2 - g.after**2, 0.0) if found.effects or found.equivalent else 0.0
+        removed = max(g.refitted**2 - g.after**2, 0.0) if answered else 0.0
         return (removed or 1e-9 * g.refitted**2) / max(g.floor, 1e-300) ** 2
 
-    return max(found.gap, key=lambda c: (found.gap[c].unexplained, weight(found.gap[c])), default=None)
+    return max(found.gap, key=lambda c: (found.gap[c].unexplained and not answered, weight(found.gap[c])), default=None)
 
 
 def leading_place(found: Diagnosis, channel: str) -> Place | None:

@@ -63,7 +63,7 @@ def verdict_of(
     progress : callable
         Given what is being done.
     """
-    if floors.unexplained.any():
+    if floors.without_answer:
         testable = set(tested) - set(hidden)
         return Verdict("unknown" if testable or not tested else "not_excited", baselines.refitted.fitted)
     winner, levels = choice.winner, baselines.levels
@@ -115,5 +115,5 @@ def _without_idle_nuisances(winner: Hypothesis, holdout: Sequence[FitRun], progr
 def _unexplained_notes(floors: Floors, channels: Sequence[str]) -> tuple[str, ...]:
     return tuple(
         f"what is left of {channel} is no noise: the law of the rig is not quite that of the answer"
-        for channel, is_open in zip(channels, floors.open_, strict=True) if is_open
+        for channel, is_open in zip(channels, floors.open_ & ~floors.unexplained, strict=True) if is_open
     )  # fmt: skip

@@ -50,6 +50,8 @@ class Floors:
         Where the supported hypothesis leaves something that is no noise.
     unexplained : ndarray of bool, shape (channels,)
         Where that is more than the form of its laws.
+    in_part : bool
+        Whether its effects explain the other channels, and are those of an answer all the same.
     """
 
     noise: FloatArray
@@ -57,6 +59,12 @@ class Floors:
     reference: FloatArray | None
     open_: BoolArray
     unexplained: BoolArray
+    in_part: bool = False
+
+    @property
+    def without_answer(self) -> bool:
+        """Whether something is left that takes away the names."""
+        return bool(self.unexplained.any()) and not self.in_part
 
 
 def floors_of(

@@ -40,7 +40,7 @@ def without_patches(
         strongest = max(ratio, key=lambda spec: ratio[spec])
         least = dict.fromkeys(one.effects, FURTHER_RATIO) | {strongest: STRONGEST_RATIO}
         kept = [spec for spec in one.effects if ratio[spec] >= least[spec]]
-        fewer = one if len(kept) == len(one.effects) else _restricted_to(one, kept, hypotheses, holdout)
+        fewer = one if len(kept) == len(one.effects) else restricted_to(one, kept, hypotheses, holdout)
         if fewer.effects and all(set(fewer.effects) != set(other.effects) for other in found):
             found.append(fewer)
     fewest = min((len(h.effects) for h in found), default=0)
@@ -66,7 +66,7 @@ def _mean_square_without(one: Hypothesis, spec: str, hypotheses: Sequence[Hypoth
     return known[0] if known else refit_without(one.fitted, spec, one.nuisances).rmse ** 2 + one.reference_gain
 
 
-def _restricted_to(
+def restricted_to(
     one: Hypothesis, kept: Sequence[str], hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]
 ) -> Hypothesis:
     """The hypothesis with some of the effects; the other nuisance effects count as the form of the model."""

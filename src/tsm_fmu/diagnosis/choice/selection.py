@@ -11,6 +11,7 @@ from ...regression.problem import FitRun
 from ...regression.threads import together
 from ..criteria import FOLDED_HYPOTHESES, MOST_EFFECTS
 from .baselines import Baselines
+from .explained import of_explained_channels
 from .floors import Floors, floors_of
 from .hypotheses import Hypothesis, can_leave_out, left_out_in_turn
 from .patches import without_patches
@@ -69,6 +70,10 @@ def select(
             choice = fewer
     if len(choice.winner.effects) > MOST_EFFECTS:  # its nuisance effects counted: some sum of so many closes any gap
         floors = replace(floors, unexplained=np.ones_like(floors.open_))
+    if floors.unexplained.any():
+        explained = ~(floors.open_ | floors.unexplained)
+        part = of_explained_channels(choice, baselines.refitted, explained, found, holdout)
+        choice, floors = part or choice, replace(floors, in_part=part is not None)
     return Selection(baselines, tuple(found), choice, floors)
 
 

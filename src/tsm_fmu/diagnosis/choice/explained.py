@@ -1,0 +1,68 @@
+"""Effects of channels that are explained, where another channel is not.
+
+What nothing explains in a torque takes no name away from what a position lacks, as long as that has nothing to do with
+the torque: its effects act on explained channels alone, and close nearly all of the gap there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...kernels.arrays import BoolArray
+from ...regression.problem import FitRun
+from ..criteria import EFFECT_SPREAD_SHARE, OPEN_GAP_EFFECTS
+from ..fits.nuisance import nearly_removed
+from .hypotheses import Hypothesis
+from .patches import restricted_to
+from .supported import Choice
+
+
+def of_explained_channels(
+    choice: Choice, refitted: Hypothesis, explained: BoolArray, hypotheses: Sequence[Hypothesis],
+    holdout: Sequence[FitRun],
+) -> Choice | None:  # fmt: skip
+    """The choice with such effects alone; None where a supported hypothesis has none, or they are too many.
+
+    Parameters
+    ----------
+    choice : Choice
+    refitted : Hypothesis
+        The refitted model without nuisance effects.
+    explained : ndarray of bool, shape (channels,)
+        Channels in which the choice leaves nothing that is no noise.
+    hypotheses : sequence of Hypothesis
+        Where to find those with fewer effects.
+    holdout : sequence of FitRun
+    """
+    found: list[Hypothesis] = []
+    for one in choice.supported:
+        closed = explained & _closed(one, refitted)
+        kept = [spec for spec in one.effects if _acts_within(one, spec, closed)]
+        if not kept:
+            return None
+        fewer = one if len(kept) == len(one.effects) else restricted_to(one, kept, hypotheses, holdout)
+        if not _closed(fewer, refitted)[closed].all():
+            return None
+        if all(set(fewer.effects) != set(other.effects) for other in found):
+            found.append(fewer)
+    fewest = min(len(h.effects) for h in found)
+    if not 0 < fewest <= OPEN_GAP_EFFECTS:
+        return None
+    return Choice(choice.best, tuple(h for h in found if len(h.effects) == fewest))
+
+
+def _closed(one: Hypothesis, refitted: Hypothesis) -> BoolArray:
+    """Channels with a gap of which a hypothesis leaves next to nothing, on measured and on held-out runs."""
+    gap = refitted.measured > (EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
+    closed = gap & nearly_removed(refitted.measured, one.measured)
+    if one.held_out is not None and refitted.held_out is not None:
+        closed &= nearly_removed(refitted.held_out, one.held_out)
+    return closed
+
+
+def _acts_within(one: Hypothesis, spec: str, channels: BoolArray) -> bool:
+    """Whether an effect of a hypothesis changes these channels and no other."""
+    changed = np.nan_to_num(one.fitted.share_of(spec), nan=np.inf) > EFFECT_SPREAD_SHARE
+    return bool(changed[channels].any() and not changed[~channels].any())

@@ -1,0 +1,88 @@
+"""A channel that nothing explains takes no name away from another that has nothing to do with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from tsm_fmu.diagnosis.choice.explained import of_explained_channels
+from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis
+from tsm_fmu.diagnosis.choice.supported import Choice
+from tsm_fmu.diagnosis.fits.refit import Fitted, Task
+
+CHANNELS = ("x_out", "tau_in")
+ACTS = {"slack@x_out": (0.2, 0.0), "wear": (0.0, 0.1), "tendon_elasticity": (0.2, 0.1), "delay@x_out": (0.03, 0.0)}
+"""What the effects change, as part of the spread of each channel."""
+EXPLAINED = np.array([True, False])
+
+
+def made(added: Sequence[str], left: Sequence[float], held: Sequence[float] | None = None) -> Hypothesis:
+    """A hypothesis that leaves these RMS values of channels that spread by 1."""
+
+    class Left:
+        task = Task("TendonDrive", [], CHANNELS, {})
+        effects = tuple(added)
+        spread = np.ones(2)
+        rmse = np.array(left)
+
+        def share_of(self, spec: str) -> np.ndarray:
+            return np.array(ACTS[spec])
+
+    tests: Mapping[str, Any] = {}
+    square = (np.square(left), None if held is None else np.square(held), 400.0 * np.ones(2), 400.0 * np.ones(2))
+    return Hypothesis(tuple(added), cast("Fitted", Left()), (), *square, nuisance_tests=lambda: tests)
+
+
+REFITTED = made([], [0.17, 0.03], [0.19, 0.03])
+
+
+def chosen(*supported: Hypothesis, known: Sequence[Hypothesis] = (), refitted: Hypothesis = REFITTED) -> Choice | None:
+    return of_explained_channels(Choice(supported[0], supported), refitted, EXPLAINED, [*known, *supported], [])
+
+
+def test_an_effect_of_the_explained_channel_is_named() -> None:
+    one = made(["slack@x_out"], [0.008, 0.022], [0.007, 0.02])
+    choice = chosen(one)
+    assert choice is not None
+    assert choice.winner is one
+
+
+def test_what_acts_on_the_other_channel_is_left_out() -> None:
+    both, alone = made(["slack@x_out", "wear"], [0.008, 0.02]), made(["slack@x_out"], [0.008, 0.022])
+    choice = chosen(both, known=[alone])
+    assert choice is not None
+    assert choice.winner.effects == ("slack@x_out",)
+    assert choice.winner.fitted is alone.fitted
+
+
+@pytest.mark.parametrize(
+    "one",
+    [
+        made(["tendon_elasticity"], [0.008, 0.022], [0.007, 0.02]),  # acts on what nothing explains
+        made(["slack@x_out"], [0.07, 0.022], [0.007, 0.02]),  # leaves much of the measured runs
+        made(["slack@x_out"], [0.008, 0.022], [0.08, 0.02]),  # and of held-out ones
+        made([], [0.17, 0.03]),
+    ],
+)
+def test_nothing_else_is(one: Hypothesis) -> None:
+    assert chosen(one) is None
+
+
+def test_no_gap_is_no_reason_for_a_name() -> None:
+    assert chosen(made(["slack@x_out"], [0.001, 0.02]), refitted=made([], [0.01, 0.03])) is None
+
+
+def test_it_must_close_the_channel_without_what_is_left_out() -> None:
+    both, alone = made(["slack@x_out", "tendon_elasticity"], [0.008, 0.02]), made(["slack@x_out"], [0.09, 0.022])
+    assert chosen(both, known=[alone]) is None
+
+
+def test_what_these_runs_cannot_tell_apart_stays_a_set() -> None:
+    first, second = made(["slack@x_out"], [0.008, 0.022]), made(["delay@x_out"], [0.008, 0.022])
+    choice = chosen(first, second)
+    assert choice is not None
+    assert [h.effects for h in choice.supported] == [("slack@x_out",), ("delay@x_out",)]
+    assert chosen(first, made(["tendon_elasticity"], [0.008, 0.022])) is None  # one of them says otherwise
