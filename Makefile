@@ -11,7 +11,9 @@ demo: .venv/ready
 	$(BIN)/tsm-fmu demo --out out/demo
 
 test: lint types
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder --randomly-seed=$(ORDER)  # small matrices: threads only cost
+# small matrices: threads only cost; of two processors the third process takes what tests that wait leave; hundreds of
+# processes start: sources are compiled once
+	OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder --randomly-seed=$(ORDER)
 
 lint: .venv/ready-test
 	$(BIN)/ruff check .
