@@ -55,6 +55,7 @@ def test_their_cases_are_judged_by_what_they_accept() -> None:
 
 PAIR = {**THEIRS, "stratum": "D", "accept": [["slack", "wear"]]}
 NOTHING = {**THEIRS, "stratum": "F", "accept": [["none"], ["parameters"]], "effects": []}
+OUTSIDE = {**THEIRS, "stratum": "E", "accept": [["unknown"]], "effects": []}
 ANSWERS = [
     (THEIRS, said("delay"), "right"),
     (THEIRS, said("delay", "creep"), "part wrong"),
@@ -67,6 +68,9 @@ ANSWERS = [
     (NOTHING, said(verdict="ambiguous", equivalent=[["creep", "wear"]]), "false alarm"),
     (NOTHING, said(verdict="parameters"), "right"),
     (NOTHING, {"failed": "no"}, "error"),
+    (OUTSIDE, said(verdict="ambiguous", equivalent=[["creep", "wear"]]), "false alarm"),
+    (OUTSIDE, said("creep"), "wrong"),
+    (OUTSIDE, said(verdict="unknown"), "right"),
 ]
 
 

@@ -143,7 +143,7 @@ def as_scored(one: Outcome) -> str:
         return "wrong"
     if one.verdict == "ambiguous" and one.covered:
         return "in set"
-    return "false alarm" if one.verdict == "ambiguous" and one.kind == "nothing" else "abstain"
+    return "false alarm" if one.verdict == "ambiguous" and one.kind != "effect" else "abstain"
 
 
 def margin(answer: Mapping[str, Any]) -> float:
