@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -44,8 +45,9 @@ def steps(text: str) -> Iterator[Step]:
 def ran(command: str, folder: Path) -> str:
     """What a command prints, both streams, in a folder."""
     command = re.sub(r"\n> ?", "\n", command)  # the shell's prompt of a further line
-    command = re.sub(r"(?:^|(?<=; ))tsm-fmu\b", f"{sys.executable} -m tsm_fmu", command)
-    command = re.sub(r"(?:^|(?<=\n))python\b", sys.executable, command)
+    python = shlex.quote(sys.executable)  # its folder's name may hold a blank
+    command = re.sub(r"(?:^|(?<=; ))tsm-fmu\b", lambda _: f"{python} -m tsm_fmu", command)
+    command = re.sub(r"(?:^|(?<=\n))python\b", lambda _: python, command)
     done = subprocess.run(
         command, shell=True, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=600
     )
