@@ -53,11 +53,12 @@ def test_fmu_equals_kernel(fmus, instance, name):
         ("LuGreFriction", "coulomb", "coulomb.F_c", 0.31),
         ("TendonDrive", "backlash", "x_out.backlash.w", 0.071),
         ("TendonDrive", "load_dependence", "load_dependence.k", 0.23),
+        ("LuGreFriction", "backlash@v", "v.backlash.w", 0.00137),
     ],
 )
 def test_a_model_with_an_effect_is_an_fmu_with_its_fitted_values(instance, tmp_path, model, effect, parameter, value):
     k = chain(model, (effect,))
-    path = build_fmu(k, tmp_path, name=f"{model}_{effect}", start_values={parameter: value})
+    path = build_fmu(k, tmp_path, name=f"{model}_{effect.replace('@', '_')}", start_values={parameter: value})
     assert validate_fmu(path) == []
     fmu, neutral = stepped(instance, path, k)
     params = k.params(values={parameter: value})

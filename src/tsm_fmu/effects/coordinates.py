@@ -34,6 +34,12 @@ class MotionParams(NamedTuple):
     tau_a: Annotated[float, Quantity("s", "time constant of the acceleration filter", lo=0.0)] = 0.02
 
 
+class Way(NamedTuple):
+    """State of effects on the way of a model whose input is the speed."""
+
+    lost: Annotated[float, Quantity("{x}", "way that they have taken of that of the input, without them 0")]
+
+
 NAME = "coordinates"
 Params = MotionParams
 State = Outputs = Motion

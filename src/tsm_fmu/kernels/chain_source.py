@@ -30,7 +30,8 @@ class Writer:
         self.position = self.roles.motion
         self.drive = self.roles.drive
         self.needs = {f for a in attached for f in a.module.Inputs._fields}
-        self.moves = bool(self.needs & set(Motion._fields))
+        self.ways = [a for a in attached if acts_on_way(base, a)]
+        self.moves = bool(self.needs & set(Motion._fields) or self.ways)
         every = dict.fromkeys((*drives, *(d for a in attached for d in a.drives)))
         self.drives = tuple({d.column: d for d in every if d.column not in self.inputs}.values())
         self.listens = drives
@@ -93,7 +94,7 @@ class Writer:
             optional = ["CONDITIONS"] if hasattr(a.module, "CONDITIONS") else []
             lines += [f"from ..effects.{file} import {n} as e{number}_{n}" for n in [*names, "NEUTRAL", *optional]]
         lines += ["from ..effects.coordinates import Motion, MotionParams"]
-        lines += ["from ..effects.coordinates import motion_from_position, motion_from_speed"]
+        lines += ["from ..effects.coordinates import Way, motion_from_position, motion_from_speed"]
         lines += ["from .laws.velocity_filter import filtered_slope"]
         if self.drives:
             lines += ["from typing import Annotated, NamedTuple", "from .contract import Quantity"]
@@ -106,7 +107,7 @@ class Writer:
 
     def _units(self, a: Attached) -> dict[str, str]:
         force = friction_unit(self.base)
-        own = _unit(self.base, a.channel) if a.channel else force
+        own = self._motion_unit() if a in self.ways else _unit(self.base, a.channel) if a.channel else force
         force = own if a.on_lost_motion else force
         driven = {d.signal: d.unit for d in a.drives}
         load = load_unit(self.base, a.drives) or "1"
@@ -136,6 +137,8 @@ class Writer:
         lines += [")", "State = joined(", "    __name__,", '    "State",', '    Part("", model_State, None, {}),']
         if self.moves:
             lines += [f'    Part("motion__", Motion, None, {motion_units!r}),']
+        if self.ways:
+            lines += [f'    Part("way__", Way, None, {motion_units!r}),']
         lines += [f'    Part("{a.prefix}", e{n}_State, None, {self._units(a)!r}),' for n, a in enumerate(self.attached)]
         return [*lines, ")"]
 
@@ -220,10 +223,19 @@ class Writer:
         lines += [f"    i_{f} = u.{f}" for f in self.inputs]
         lines += self._motion(kind)
         load = "0.0" if not self.load or self.load_is_output else f"u.{self.load}"
+        way = "m.x"
         for number, a in enumerate(self.attached):
             if a.channel in self.inputs:
-                lines.append(f"    t{number}, y{number} = {self._call(kind, number, a, 'i_' + a.channel, load)}")
-                lines.append(f"    i_{a.channel} = y{number}.y")
+                before = way if a in self.ways else f"i_{a.channel}"
+                lines.append(f"    t{number}, y{number} = {self._call(kind, number, a, before, load)}")
+                if a in self.ways:
+                    way = f"y{number}.y"
+                else:
+                    lines.append(f"    i_{a.channel} = y{number}.y")
+        if self.ways:
+            lines.append(f"    lost = m.x - {way}")
+            if kind == "step":  # so that nothing lost leaves the speed as it is, bit for bit
+                lines.append("    i_v = i_v - (lost - s.way__lost)/dt")
         lines.append(f"    mu = model_Inputs({', '.join('i_' + f for f in self.inputs)})")
         if kind == "start":
             lines.append("    ms, o = model_start(mp, mu)")
@@ -247,6 +259,7 @@ class Writer:
         outputs = ", ".join(changed.get(f, f"o.{f}") for f in self.module.Outputs._fields)
         states = [f"o.{f}" if self.roles.held_load and f == self.load else f"ms.{f}" for f in self.module.State._fields]
         states += [f"m.{f}" for f in Motion._fields] if self.moves else []
+        states += ["lost"] if self.ways else []
         for number, a in enumerate(self.attached):
             states += [f"t{number}.{f}" for f in a.module.State._fields]
         return [*lines, f"    return State({', '.join(states)}), Outputs({outputs})"]
@@ -320,6 +333,11 @@ class Writer:
             f"        held = model_load_between(s.{self.load}, lo, hi)",
             "        o = model_load_write(mp, mu, o, held)",
         ]
+
+
+def acts_on_way(base: Kernel, a: Attached) -> bool:
+    """Whether an effect of a position acts on the way that belongs to the model's speed."""
+    return a.channel == base.motion == "v" and a.module.ABOUT.motion_only
 
 
 def imported(function: Any, name: str) -> str:

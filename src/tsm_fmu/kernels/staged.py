@@ -93,8 +93,13 @@ class Staged:
         load = "0.0" if not w.load or w.load_is_output else f"u.{w.load}"
         driving = {name: known[f"u.{name}"] for name in w.inputs}
         for a in w.attached:
-            if a.channel in driving:
+            if a.channel in driving and a not in w.ways:
                 driving[a.channel] = self._effect(run, known, table, a, driving[a.channel], load)
+        if w.ways:
+            way = known["m.x"]
+            for a in w.ways:
+                way = self._effect(run, known, table, a, way, load)
+            driving["v"] = run.combined(_speed_without, [driving["v"], known["m.x"], way, run.clock])
         own, given = table[:, : len(base.parameters)], list(driving.values())
         outputs = run.stage(base.module, own, given)
         if w.friction:
@@ -158,6 +163,7 @@ class _Simulations:
         self.first, ends, _ = spans.T.tolist()
         self.lengths = [end - first for first, end in zip(self.first, ends, strict=True)]
         self.given, self.time = Block(read_only(u), self.first), read_only(t)
+        self.clock = Block(self.time[:, None], self.first), 0
         self.alive = [True] * len(spans)
 
     def stage(self, module: ModuleType, parameters: FloatArray, signals: Sequence[Signal]) -> Block:
@@ -226,6 +232,13 @@ class _Simulations:
                 to.append(to[-1] + self.lengths[i])
             at[i] = kinds[kind]
         return sims, to, at
+
+
+def _speed_without(v: FloatArray, x: FloatArray, way: FloatArray, t: FloatArray) -> FloatArray:
+    """Speed of a way that is not all of that of the input."""
+    found = v.copy()
+    found[1:] -= np.diff(x - way) / np.diff(t)
+    return found
 
 
 def _columns(block: Block) -> list[Signal]:
