@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tsm_fmu.effects import effect_of
 from tsm_fmu.kernels.chain import chain
 from tsm_fmu.kernels.kernel import Kernel, kernel
 from tsm_fmu.kernels.serving import filling
@@ -68,6 +69,18 @@ def test_a_chain_in_stages_gives_the_same_bits() -> None:
     table, spans, staged = np.array([flat(p)], float), np.array([[0, time.size, 0]]), np.empty((time.size, 2))
     filling(chained, table)(table, spans, time, inputs, staged)
     assert np.array_equal(staged, Kernel(chained.module).simulate(p, time, inputs))
+
+
+def test_play_behind_a_lag_of_the_speed_is_that_of_the_lagged_way() -> None:
+    """The order of the effects counts: while the gap is crossed nothing moves, however the speed came about."""
+    time, inputs = wandering("LuGreFriction")
+    effect = Kernel(effect_of("sensor_lag"))
+    lagged = effect.simulate(effect.params(None, {"tau": 0.031}), time, inputs)[:, 0]
+    base = kernel("LuGreFriction")
+    expected = base.simulate(base.params(None, {}), time, after_play(time, lagged, GAP)[:, None])
+    chained = chain("LuGreFriction", ("sensor_lag@v", "backlash@v"))
+    found = chained.simulate(chained.params(None, {"v.sensor_lag.tau": 0.031, "v.backlash.w": GAP}), time, inputs)
+    assert np.abs(found[:, 0] - expected[:, 0]).max() < 1e-9 * expected[:, 0].std()
 
 
 def test_the_gap_is_a_way_whatever_the_speed() -> None:

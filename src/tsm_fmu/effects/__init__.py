@@ -82,8 +82,6 @@ def words(spec: str) -> str:
     """Name of an effect in a sentence, with its channel and what drives it where the spec says so."""
     channel, columns = place_of(spec)[1], spec.partition("~")[2]
     place = f" in {channel}" if channel else ""
-    if channel == "v" and about(spec).motion_only:
-        place = " before the friction"  # of the way that belongs to the speed
     driven = " and ".join(item.partition("[")[0].rpartition("=")[2] for item in columns.split(",") if item)
     return about(spec).words + place + (f", driven by {driven}" if driven else "")
 

@@ -102,7 +102,7 @@ class Effect(NamedTuple):
         It is a law of what friction does after a reversal, of which no rig has quite that of its model: a little of it
         corrects the form of the model and is not missing.
     motion_only : bool
-        It makes sense on a position only; at an input that is a speed it acts on the way that belongs to it.
+        It makes sense on a position only; where the motion of a model is a speed it acts on the way that belongs to it.
     searched : tuple of str
         Places where a diagnosis looks for it, if not at the friction and the outputs among `places`.
     optional : tuple of str

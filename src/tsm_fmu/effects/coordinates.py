@@ -35,9 +35,10 @@ class MotionParams(NamedTuple):
 
 
 class Way(NamedTuple):
-    """State of effects on the way of a model whose input is the speed."""
+    """State of an effect on the way that belongs to a speed."""
 
-    lost: Annotated[float, Quantity("{x}", "way that they have taken of that of the input, without them 0")]
+    x: Annotated[float, Quantity("{x}", "way of the speed before the effect, from the start")]
+    lost: Annotated[float, Quantity("{x}", "what the effect has taken of it")]
 
 
 NAME = "coordinates"

@@ -31,7 +31,7 @@ class Writer:
         self.drive = self.roles.drive
         self.needs = {f for a in attached for f in a.module.Inputs._fields}
         self.ways = [a for a in attached if acts_on_way(base, a)]
-        self.moves = bool(self.needs & set(Motion._fields) or self.ways)
+        self.moves = bool(self.needs & set(Motion._fields))
         every = dict.fromkeys((*drives, *(d for a in attached for d in a.drives)))
         self.drives = tuple({d.column: d for d in every if d.column not in self.inputs}.values())
         self.listens = drives
@@ -94,7 +94,8 @@ class Writer:
             optional = ["CONDITIONS"] if hasattr(a.module, "CONDITIONS") else []
             lines += [f"from ..effects.{file} import {n} as e{number}_{n}" for n in [*names, "NEUTRAL", *optional]]
         lines += ["from ..effects.coordinates import Motion, MotionParams"]
-        lines += ["from ..effects.coordinates import Way, motion_from_position, motion_from_speed"]
+        lines += ["from ..effects.coordinates import motion_from_position, motion_from_speed"]
+        lines += ["from ..effects.coordinates import Way"] if self.ways else []
         lines += ["from .laws.velocity_filter import filtered_slope"]
         if self.drives:
             lines += ["from typing import Annotated, NamedTuple", "from .contract import Quantity"]
@@ -137,9 +138,9 @@ class Writer:
         lines += [")", "State = joined(", "    __name__,", '    "State",', '    Part("", model_State, None, {}),']
         if self.moves:
             lines += [f'    Part("motion__", Motion, None, {motion_units!r}),']
-        if self.ways:
-            lines += [f'    Part("way__", Way, None, {motion_units!r}),']
-        lines += [f'    Part("{a.prefix}", e{n}_State, None, {self._units(a)!r}),' for n, a in enumerate(self.attached)]
+        for number, a in enumerate(self.attached):
+            lines.append(f'    Part("{a.prefix}", e{number}_State, None, {self._units(a)!r}),')
+            lines += [f'    Part("{a.prefix}way__", Way, None, {motion_units!r}),'] if a in self.ways else []
         return [*lines, ")"]
 
     def _driven_class(self) -> list[str]:
@@ -223,19 +224,12 @@ class Writer:
         lines += [f"    i_{f} = u.{f}" for f in self.inputs]
         lines += self._motion(kind)
         load = "0.0" if not self.load or self.load_is_output else f"u.{self.load}"
-        way = "m.x"
         for number, a in enumerate(self.attached):
-            if a.channel in self.inputs:
-                before = way if a in self.ways else f"i_{a.channel}"
-                lines.append(f"    t{number}, y{number} = {self._call(kind, number, a, before, load)}")
-                if a in self.ways:
-                    way = f"y{number}.y"
-                else:
-                    lines.append(f"    i_{a.channel} = y{number}.y")
-        if self.ways:
-            lines.append(f"    lost = m.x - {way}")
-            if kind == "step":  # so that nothing lost leaves the speed as it is, bit for bit
-                lines.append("    i_v = i_v - (lost - s.way__lost)/dt")
+            if a in self.ways:
+                lines += self._on_way(kind, number, a, load)
+            elif a.channel in self.inputs:
+                lines.append(f"    t{number}, y{number} = {self._call(kind, number, a, 'i_' + a.channel, load)}")
+                lines.append(f"    i_{a.channel} = y{number}.y")
         lines.append(f"    mu = model_Inputs({', '.join('i_' + f for f in self.inputs)})")
         if kind == "start":
             lines.append("    ms, o = model_start(mp, mu)")
@@ -259,10 +253,22 @@ class Writer:
         outputs = ", ".join(changed.get(f, f"o.{f}") for f in self.module.Outputs._fields)
         states = [f"o.{f}" if self.roles.held_load and f == self.load else f"ms.{f}" for f in self.module.State._fields]
         states += [f"m.{f}" for f in Motion._fields] if self.moves else []
-        states += ["lost"] if self.ways else []
         for number, a in enumerate(self.attached):
             states += [f"t{number}.{f}" for f in a.module.State._fields]
+            states += [f"w{number}", f"l{number}"] if a in self.ways else []
         return [*lines, f"    return State({', '.join(states)}), Outputs({outputs})"]
+
+    def _on_way(self, kind: str, number: int, a: Attached, load: str) -> list[str]:
+        """An effect on the way of the speed as it is so far: the speed of what it leaves of it."""
+        speed, before = f"i_{a.channel}", f"s.{a.prefix}way__"
+        lines = [
+            f"    w{number} = " + ("0.0" if kind == "start" else f"{before}x + {speed}*dt"),
+            f"    t{number}, y{number} = {self._call(kind, number, a, f'w{number}', load)}",
+            f"    l{number} = w{number} - y{number}.y",
+        ]
+        if kind == "step":  # a difference of what is lost: where nothing is, the speed stays bit for bit
+            lines.append(f"    {speed} = {speed} - (l{number} - {before}lost)/dt")
+        return lines
 
     def _motion(self, kind: str) -> list[str]:
         if not self.moves:

@@ -93,13 +93,13 @@ class Staged:
         load = "0.0" if not w.load or w.load_is_output else f"u.{w.load}"
         driving = {name: known[f"u.{name}"] for name in w.inputs}
         for a in w.attached:
-            if a.channel in driving and a not in w.ways:
+            if a in w.ways:
+                speed = driving[a.channel]
+                way = run.combined(_way, [speed, run.clock])
+                left = self._effect(run, known, table, a, way, load)
+                driving[a.channel] = run.combined(_speed_of, [speed, way, left, run.clock])
+            elif a.channel in driving:
                 driving[a.channel] = self._effect(run, known, table, a, driving[a.channel], load)
-        if w.ways:
-            way = known["m.x"]
-            for a in w.ways:
-                way = self._effect(run, known, table, a, way, load)
-            driving["v"] = run.combined(_speed_without, [driving["v"], known["m.x"], way, run.clock])
         own, given = table[:, : len(base.parameters)], list(driving.values())
         outputs = run.stage(base.module, own, given)
         if w.friction:
@@ -234,10 +234,15 @@ class _Simulations:
         return sims, to, at
 
 
-def _speed_without(v: FloatArray, x: FloatArray, way: FloatArray, t: FloatArray) -> FloatArray:
-    """Speed of a way that is not all of that of the input."""
+def _way(v: FloatArray, t: FloatArray) -> FloatArray:
+    """Way of a speed, from the start."""
+    return np.cumsum(np.concatenate([[0.0], v[1:] * np.diff(t)]))
+
+
+def _speed_of(v: FloatArray, way: FloatArray, left: FloatArray, t: FloatArray) -> FloatArray:
+    """Speed of what an effect leaves of the way of a speed."""
     found = v.copy()
-    found[1:] -= np.diff(x - way) / np.diff(t)
+    found[1:] -= np.diff(way - left) / np.diff(t)
     return found
 
 
