@@ -14,7 +14,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.arrays import FloatArray
 from ..models.contract import InputError
@@ -30,6 +29,10 @@ _MOST_LOST = 10
 
 At a longer one the derivative on either side is that of its own stretch.
 """
+_JITTER = 0.05
+"""Part of a period by which samples may be off an even clock: beyond it positions are interpolated on an even one."""
+_JITTERING = 0.9
+"""Part of the intervals that must be below two periods for that: a log of a few samples here and there has no clock."""
 _PRODUCT = {1: 1.248, 2: 1.409}  # cut-off frequency times window length, for long windows
 
 
@@ -49,6 +52,8 @@ class Derivative:
         Rows that the log lacks, whose positions were interpolated for this.
     gaps : int
         Longer gaps: what is before and what is after was differentiated alone.
+    resampled : bool
+        Whether the samples were not even, and positions were interpolated on an even clock for this.
     """
 
     values: FloatArray
@@ -56,6 +61,7 @@ class Derivative:
     window: int
     bridged: int = 0
     gaps: int = 0
+    resampled: bool = False
 
 
 def sample_period(time: FloatArray, first_row: int = 0) -> float:
@@ -86,20 +92,29 @@ def sample_period(time: FloatArray, first_row: int = 0) -> float:
     return float(time[-1] - time[0]) / (time.size - 1)
 
 
-def _bridged(time: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
-    """Time and signal with the rows of short gaps, interpolated without overshoot, and where the given rows are.
+def _on_even_clock(time: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Time and signal on an even clock, interpolated without overshoot; as they are where the samples already are.
 
-    As they are where a gap is too long, or rows are doubled.
+    Short gaps get the rows that they lack. Where the stamps jitter, the clock is that of their median.
     """
     steps = np.diff(time)
-    intervals = np.rint(steps / np.median(steps)).astype(int)
-    if intervals.size == 0 or not 1 <= intervals.min() <= intervals.max() <= _MOST_LOST + 1 or intervals.max() == 1:
-        return time, x, np.arange(time.size)
-    rows = np.concatenate(([0], np.cumsum(intervals)))
-    whole = np.interp(np.arange(rows[-1] + 1), rows, time)
+    if not steps.size:
+        return time, x
+    intervals = steps / np.median(steps)
+    whole = np.rint(intervals)
+    even = bool(whole.min() >= 1.0 and np.abs(intervals - whole).max() <= _JITTER)
+    if even and whole.max() == 1.0:
+        return time, x
+    if even:
+        rows = np.concatenate(([0], np.cumsum(whole.astype(int))))
+        clock = np.interp(np.arange(rows[-1] + 1), rows, time)
+    elif np.mean(intervals < 2.0) < _JITTERING:
+        return time, x
+    else:
+        clock = np.linspace(time[0], time[-1], int(np.rint(intervals.sum())) + 1)
     from scipy.interpolate import PchipInterpolator
 
-    return whole, np.asarray(PchipInterpolator(time, x)(whole)), rows
+    return clock, np.asarray(PchipInterpolator(time, x)(clock))
 
 
 def _stretches(time: FloatArray) -> list[slice]:
@@ -139,7 +154,7 @@ def differentiate(
     Parameters
     ----------
     time, x : ndarray, shape (n,)
-        Evenly sampled signal; gaps of a few rows are bridged.
+        The signal; gaps of a few rows are bridged, samples that jitter are interpolated on an even clock.
     order : {1, 2}
     cutoff : float, optional
         Frequency [Hz] at which the derivative is 3 dB low; `default_cutoff` without it.
@@ -149,8 +164,8 @@ def differentiate(
     Raises
     ------
     InputError
-        If sampling is uneven, or the cut-off is outside what rate and length of the record allow; where it has long
-        gaps, of a stretch between them.
+        If the cut-off is outside what rate and length of the record allow; where it has long gaps, of a stretch
+        between them.
     """
     stretches = _stretches(time)
     longest = max(stretches, key=lambda rows: rows.stop - rows.start)
@@ -165,7 +180,8 @@ def differentiate(
         stretch = time[rows], x[rows], order, cutoff, at, main.cutoff, place
         found.append(main if rows is longest else _of_stretch(*stretch))
     values = np.concatenate([one.values for one in found])
-    return Derivative(values, main.cutoff, main.window, sum(one.bridged for one in found), len(stretches) - 1)
+    bridged, resampled = sum(one.bridged for one in found), any(one.resampled for one in found)
+    return Derivative(values, main.cutoff, main.window, bridged, len(stretches) - 1, resampled)
 
 
 def _of_stretch(
@@ -173,7 +189,8 @@ def _of_stretch(
     place: str = "",
 ) -> Derivative:  # fmt: skip
     """That of rows without a gap that cannot be bridged; with the cut-off wished for as far as it is possible."""
-    time, x, rows = _bridged(time, x)
+    given = time
+    time, x = _on_even_clock(time, x)
     period = sample_period(time, first_row)
     longest = min(x.size - 1 + x.size % 2, _LONGEST)
     if longest < _SHORTEST:
@@ -193,7 +210,11 @@ def _of_stretch(
     from scipy.signal import savgol_filter
 
     values: Any = savgol_filter(x, window, _ORDER, deriv=order, delta=period, mode="interp")
-    return Derivative(values[rows], _cutoff(window, period, order), window, time.size - rows.size)
+    resampled = not np.isin(given, time).all()
+    intervals = np.diff(given) / period
+    uneven = 2.0 * float(np.quantile(np.abs(intervals - np.rint(intervals)), 0.9))
+    bridged = int((np.rint(intervals) - 1.0)[intervals > 1.5 + uneven].sum())
+    return Derivative(np.interp(given, time, values), _cutoff(window, period, order), window, bridged, 0, resampled)
 
 
 @cache

@@ -162,7 +162,7 @@ def kernel_inputs(record: Record, kernel: Kernel, cutoff: float | None = None) -
     Raises
     ------
     InputError
-        If an input is missing and cannot be derived, measures something else, or the sampling is uneven.
+        If an input is missing and cannot be derived, or measures something else.
     """
     columns, notes = [], []
     for variable in kernel.inputs:
@@ -179,7 +179,8 @@ def kernel_inputs(record: Record, kernel: Kernel, cutoff: float | None = None) -
             )
         derived = differentiate(record.time, record.columns[name], order, cutoff, record.first_row)
         columns.append(derived.values)
-        bridged = f", over gaps of {derived.bridged} rows in all that the log lacks" if derived.bridged else ""
+        bridged = ", from positions interpolated on an even clock, as the samples jitter" if derived.resampled else ""
+        bridged += f", over gaps of {derived.bridged} rows in all that the log lacks" if derived.bridged else ""
         if derived.gaps:
             bridged += f", on each side of {derived.gaps} longer gap{'s' if derived.gaps > 1 else ''} by itself"
         notes.append(
