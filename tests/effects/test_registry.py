@@ -27,6 +27,7 @@ OTHER_MEANING = {("checking/sensor.py", "quantisation"), ("cosim/order.py", "del
 UNITS = {
     "stroke": "{x}", "per stroke": "1/({y})", "position": "{x}|rad", "travel": "{x}", "speed": "{x}/s",
     "acceleration": "{x}/s2", "time": "s", "load": "{load}", "turns": "{x}/rad", "angle": "rad", "number": "1",
+    "share": "1",
 }  # fmt: skip
 """Unit of a shape by its scale."""
 
@@ -88,12 +89,12 @@ def test_ranges_of_shapes_are_in_their_unit_and_within_their_bounds(module):
         q = quantities[name]
         assert q.unit in UNITS[shape.scale].split("|"), name
         assert shape.lo <= shape.hi
-        if shape.scale in ("number", "angle"):
+        if shape.scale in ("number", "angle", "share"):
             assert q.lo <= shape.lo <= shape.hi <= q.hi
         if shape.scale == "position":
             assert np.isneginf(q.lo)
             assert np.isposinf(q.hi)
-        elif shape.scale != "angle":
+        elif shape.scale not in ("angle", "share"):
             assert shape.lo > 0.0  # spread over its logarithm
 
 
@@ -104,7 +105,7 @@ def test_a_parameter_without_a_role_is_refused():
 
     module = ModuleType("nameless")
     vars(module)["Params"] = Params
-    with pytest.raises(TypeError, match=r"x_s without a Size, Shape or Read"):
+    with pytest.raises(TypeError, match=r"x_s without a Size, Shape, Read or Start"):
         roles_of(module)
 
 

@@ -13,7 +13,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import get_type_hints
 
-from .about import AsNuisance, Effect, Family, Read, Shape, Size
+from .about import AsNuisance, Effect, Family, Read, Shape, Size, Start
 
 EFFECTS: tuple[ModuleType, ...] = tuple(
     import_module(f"{__name__}.{name}")
@@ -105,15 +105,14 @@ def looks_like(spec: str, others: Iterable[str]) -> bool:
 
 
 @cache
-def roles_of(module: ModuleType) -> dict[str, Size | Shape | Read]:
+def roles_of(module: ModuleType) -> dict[str, Size | Shape | Read | Start]:
     """Role of each parameter of an effect, by public name."""
     hints = get_type_hints(module.Params, include_extras=True)
     roles = {field.rstrip("_"): role for field, hint in hints.items() for role in hint.__metadata__[1:]}
-    missing = [
-        field for field in module.Params._fields if not isinstance(roles.get(field.rstrip("_")), Size | Shape | Read)
-    ]
+    known = Size | Shape | Read | Start
+    missing = [field for field in module.Params._fields if not isinstance(roles.get(field.rstrip("_")), known)]
     if missing:
-        raise TypeError(f"{module.__name__}.Params: {', '.join(missing)} without a Size, Shape or Read")
+        raise TypeError(f"{module.__name__}.Params: {', '.join(missing)} without a Size, Shape, Read or Start")
     return roles
 
 
@@ -125,6 +124,11 @@ def sizes_of(module: ModuleType) -> dict[str, Size]:
 def sizes_as(module: ModuleType, use: AsNuisance) -> list[str]:
     """Sizes that do that where the effect is a nuisance."""
     return [name for name, size in sizes_of(module).items() if size.as_nuisance == use]
+
+
+def starts_of(module: ModuleType) -> list[str]:
+    """Fields of the states at the start that each run has of its own."""
+    return [name for name, role in roles_of(module).items() if isinstance(role, Start)]
 
 
 def shapes_of(module: ModuleType) -> dict[str, Shape]:

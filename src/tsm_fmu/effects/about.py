@@ -19,15 +19,27 @@ Family = Literal["position", "speed", "acceleration", "load", "time", "history",
 ``sensor``: the measured signal itself, and its clock."""
 
 Scale = Literal[
-    "stroke", "per stroke", "position", "travel", "speed", "acceleration", "time", "load", "turns", "angle", "number"
+    "stroke",
+    "per stroke",
+    "position",
+    "travel",
+    "speed",
+    "acceleration",
+    "time",
+    "load",
+    "turns",
+    "angle",
+    "share",
+    "number",
 ]
 """What the range of a shape parameter is counted in, of the runs in which the effect is looked for.
 
 ``stroke``: width of the motion; ``per stroke``: its inverse. ``position``: 0 is the lowest and 1 the highest position
 of the motion, so a position may be negative. ``travel``: path of the longest run. ``speed``, ``acceleration``: their
 RMS. ``time``: length of the longest run. ``load``: its largest magnitude. ``turns``: of a drum within the motion; the
-parameter is the motion per radian of the drum, so that a wheel of any size is found. ``angle``: rad. ``number``: 1.
-Positions, angles and turns are spread evenly over their range, the others over its logarithm.
+parameter is the motion per radian of the drum, so that a wheel of any size is found. ``angle``: rad. ``share``: a part
+of the whole. ``number``: 1. Positions, angles, turns and shares are spread evenly over their range, the others over its
+logarithm.
 """
 
 AsNuisance = Literal["free", "per run", "zero"]
@@ -79,6 +91,10 @@ class Read(NamedTuple):
     """A parameter that is read from the log with the effect."""
 
 
+class Start(NamedTuple):
+    """A state at the start of a run that its log does not say: each run has a value of its own."""
+
+
 class Effect(NamedTuple):
     """What is known of an effect besides its equation.
 
@@ -109,6 +125,8 @@ class Effect(NamedTuple):
         Signals that it may be without: it takes them as 1 where neither the model nor a column has them.
     turns : float
         Turns of a drum whose angle the motion is that it must make for runs without the effect to say so.
+    core : tuple of str
+        Sizes that make most of it, or what is left is another law.
     fitted_as : str
         Word for it where an identification fits it beside the model (``--nuisance WORD@CHANNEL``); '' if it cannot.
     """
@@ -125,6 +143,7 @@ class Effect(NamedTuple):
     searched: tuple[Place, ...] | None = None
     optional: tuple[str, ...] = ()
     turns: float = 0.0
+    core: tuple[str, ...] = ()
     fitted_as: str = ""
 
     @property

@@ -2,11 +2,13 @@
 
 ::
 
-    y <- y + sum_k C_k cos(k x/r) + S_k sin(k x/r),   k = 1, 2, 3                       (1)
+    h = sum_k C_k cos(k x/r) + S_k sin(k x/r),   k = 1, 2, 3                            (1)
+    y <- y + (1 - drag + drag z) h                                                      (2)
 
-r is the input position per radian of the drum (1 where the input is the drum's angle); a gear or a wheel of unknown
-size is found by a search over the periods that the stroke could hold. Limits: all C_k = S_k = 0
-changes nothing. A_k = hypot(C_k, S_k), phi_k = atan2(-S_k, C_k) give the form A_k cos(k theta + phi_k).
+drag is the part that brakes: a drum that rubs more at one angle (drag = 1) acts against the motion, an eccentric pulley
+(drag = 0) pulls either way. r is the input position per radian of the drum (1 where the input is the drum's angle); a
+gear or a wheel of unknown size is found by a search over the periods that the stroke could hold. Limits: all
+C_k = S_k = 0 changes nothing. A_k = hypot(C_k, S_k), phi_k = atan2(-S_k, C_k) give the form A_k cos(k theta + phi_k).
 Source: geometry of an eccentric pulley (k = 1); Fourier series of any other law of the angle.
 """
 
@@ -38,8 +40,11 @@ class Params(NamedTuple):
     r: Annotated[
         float,
         Quantity("{x}/rad", "input position per radian of the drum, Eq (1)", lo=0.0, open_lo=True),
-        Shape("turns", 1.5, 12.0, tries=48),  # of fewer turns it is any smooth function of the position
+        Shape("turns", 1.5, 12.0, tries=144),  # of fewer turns it is any smooth function of the position
     ] = 1.0
+    drag: Annotated[
+        float, Quantity("1", "part that acts against the motion, Eq (2)", lo=0.0, hi=1.0), Shape("share", 0.0, 1.0)
+    ] = 0.0
 
 
 NEUTRAL = Params()
@@ -52,6 +57,7 @@ class State(NamedTuple):
 class Inputs(NamedTuple):
     y: Annotated[float, Quantity("{y}", "what this effect changes, before it")]
     x: Annotated[float, Quantity("{x}", "input position")]
+    z: Annotated[float, Quantity("1", "presliding state")]
 
 
 class Outputs(NamedTuple):
@@ -70,8 +76,8 @@ def harmonics(p: Params, theta: float) -> float:
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(), Outputs(u.y + harmonics(p, u.x / p.r))
+    return State(), Outputs(u.y + (1.0 - p.drag + p.drag * u.z) * harmonics(p, u.x / p.r))
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
-    return s, Outputs(u.y + harmonics(p, u.x / p.r))  # (1)
+    return s, Outputs(u.y + (1.0 - p.drag + p.drag * u.z) * harmonics(p, u.x / p.r))  # (2)

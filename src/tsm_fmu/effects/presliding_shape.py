@@ -26,7 +26,7 @@ ABOUT = Effect(
     shown_by="finely sampled reversals, also of strokes within the presliding",
     places=("friction",),
     family="history",
-    looks_like=("backlash",),
+    looks_like=("backlash", "smooth_backlash"),
     role="nuisance",
     after_reversal=True,
 )

@@ -3,7 +3,7 @@
 ::
 
     tau dh/dt = active - h,   active = 1 - exp(-|v|/v_0)                                (1)
-    F <- F (1 + d (1 - h))                                                              (2)
+    F <- F (1 + d (1 - h)),   h = h_0 at the start of a run                             (2)
 
 Eq (1) is exact at constant speed. Limits: d = 0 changes nothing; steady motion gives F (1 + d exp(-t/tau)).
 Source: Bittencourt and Gunnarsson (J. Dyn. Syst. Meas. Control 134, 2012), friction and temperature of a robot joint.
@@ -13,7 +13,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
-from .about import Effect, Shape, Size
+from .about import Effect, Shape, Size, Start
 
 NAME = "thermal"
 ABOUT = Effect(
@@ -33,6 +33,7 @@ class Params(NamedTuple):
     v_0: Annotated[
         float, Quantity("{x}/s", "speed that counts as work, Eq (1)", lo=0.0, open_lo=True), Shape("speed", 0.01, 0.32)
     ] = 0.01
+    h_0: Annotated[float, Quantity("1", "warmth at the start, Eq (2)", lo=0.0, hi=1.0), Start()] = 0.0
 
 
 NEUTRAL = Params()
@@ -55,7 +56,7 @@ PRESETS = {}
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(0.0), Outputs(u.y * (1.0 + p.d))
+    return State(p.h_0), Outputs(u.y * (1.0 + p.d * (1.0 - p.h_0)))
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:

@@ -2,7 +2,9 @@
 
 ::
 
-    F <- F (1 + d exp(-X/L)),   X = integral |dx|                                       (1)
+    F <- F (1 + d exp(-X/L)),   X = X_0 + integral |dx|                                 (1)
+
+X_0 is what the drive has travelled before the run.
 
 Limits: d = 0 changes nothing; long travel leaves F. Source: running-in, Blau (Tribology International 38, 2005).
 """
@@ -11,7 +13,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
-from .about import Effect, Shape, Size
+from .about import Effect, Shape, Size, Start
 
 NAME = "wear"
 ABOUT = Effect(
@@ -30,6 +32,7 @@ class Params(NamedTuple):
     L: Annotated[
         float, Quantity("{x}", "travel that wears it off, Eq (1)", lo=0.0, open_lo=True), Shape("travel", 0.05, 1.6)
     ] = 10.0
+    X_0: Annotated[float, Quantity("{x}", "travel before the run, Eq (1)", lo=0.0), Start()] = 0.0
 
 
 NEUTRAL = Params()
@@ -37,7 +40,7 @@ NEUTRAL = Params()
 
 class State(NamedTuple):
     x: Annotated[float, Quantity("{x}", "input position")]
-    travel: Annotated[float, Quantity("{x}", "travel since the start")]
+    travel: Annotated[float, Quantity("{x}", "travel, with that before the run")]
 
 
 class Inputs(NamedTuple):
@@ -53,7 +56,7 @@ PRESETS = {}
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(u.x, 0.0), Outputs(u.y * (1.0 + p.d))
+    return State(u.x, p.X_0), Outputs(u.y * (1.0 + p.d * math.exp(-p.X_0 / p.L)))
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:

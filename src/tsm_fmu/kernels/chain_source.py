@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from types import ModuleType
 from typing import Any
 
+from ..effects import starts_of
 from ..effects.coordinates import Motion, MotionParams
 from ..models.contract import variables
 from .attached import Attached
@@ -75,7 +76,11 @@ class Writer:
     def _roles(self) -> list[str]:
         if not hasattr(self.module, "ROLES"):
             return []
-        return [f"ROLES = model_ROLES._replace(depends={dependencies(self.base, self.attached)!r})"]
+        initial = tuple(a.prefix.replace("__", ".") + name for a in self.attached for name in starts_of(a.module))
+        return [
+            f"ROLES = model_ROLES._replace(depends={dependencies(self.base, self.attached)!r}, "
+            f"initial=(*model_ROLES.initial, *{initial!r}))"
+        ]
 
     def _added(self) -> list[str]:
         return [a.spec for a in self.attached] or [f"the input {d.column}" for d in self.drives]
