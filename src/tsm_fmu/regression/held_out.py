@@ -57,7 +57,7 @@ def settled(problem: Problem, table: FloatArray, run: FitRun, fields: Collection
             f"held-out run {run.name} of {np.ptp(run.time):g} s -- expected more than the {SETTLING:g} s that give its "
             "initial state and are not scored -- give a longer one"
         )
-    start = replace(run, time=run.time[early], inputs=run.inputs[early], targets=run.targets[early])
+    start = run.only(early)
     free = [f for f in problem.space.free if f in fields]
     means = dict(zip(problem.fields, table.mean(axis=0).tolist(), strict=True))
     space = problem.space.starting_at(means).freeing_only(free).with_per_run(free)

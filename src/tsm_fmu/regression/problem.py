@@ -48,6 +48,8 @@ class FitRun:
         The lead, samples before these: simulated, but not compared.
     derived : tuple of str
         One sentence for each input that the record does not hold itself.
+    unresolved : ndarray of bool, shape (n, number of channels)
+        Values that are not compared: there the simulation counts as measured. Empty where all are.
     """
 
     name: str
@@ -57,6 +59,7 @@ class FitRun:
     lead_time: FloatArray = field(default_factory=lambda: np.empty(0))
     lead_inputs: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
     derived: tuple[str, ...] = ()
+    unresolved: NDArray[np.bool_] = field(default_factory=lambda: np.empty((0, 0), bool))
 
     @cached_property
     def with_lead(self) -> tuple[FloatArray, FloatArray]:
@@ -70,11 +73,22 @@ class FitRun:
         time, inputs, targets = (np.ascontiguousarray(a[first:]) for a in (self.time, self.inputs, self.targets))
         lead = self.lead_time.size + first
         lead_time, lead_inputs = (a[:lead] for a in self.with_lead)
-        return FitRun(self.name, time, inputs, targets, lead_time, lead_inputs, self.derived)
+        unresolved = self.unresolved[first:]
+        return FitRun(self.name, time, inputs, targets, lead_time, lead_inputs, self.derived, unresolved)
+
+    def compared(self, y: FloatArray) -> FloatArray:
+        """Simulated channels, shape (n, channels), with the measured ones where they are not compared."""
+        return np.where(self.unresolved, self.targets, y) if self.unresolved.size else y
+
+    def only(self, kept: NDArray[np.bool_]) -> FitRun:
+        """A copy with some of the samples that are compared, shape (n,)."""
+        unresolved = self.unresolved[kept] if self.unresolved.size else self.unresolved
+        chosen = {name: getattr(self, name)[kept] for name in ("time", "inputs", "targets")}
+        return replace(self, **chosen, unresolved=unresolved)
 
     def every(self, step: int) -> FitRun:
         """A copy at every ``step``-th sample."""
-        parts = ("time", "inputs", "targets", "lead_time", "lead_inputs")
+        parts = ("time", "inputs", "targets", "lead_time", "lead_inputs", "unresolved")
         return replace(self, **{name: np.ascontiguousarray(getattr(self, name)[::step]) for name in parts})
 
 
@@ -193,7 +207,7 @@ class Problem:
 
     def outputs(self, run: int, row: FloatArray) -> FloatArray:
         """Simulated channels of one run, shape (n, channels); all NaN if the model stops."""
-        return self.every_output(run, row)[:, self.columns]
+        return self.runs[run].compared(self.every_output(run, row)[:, self.columns])
 
     def every_output(self, run: int, row: FloatArray) -> FloatArray:
         """All outputs of the kernel for one run, shape (n, outputs)."""
@@ -245,7 +259,8 @@ class Problem:
 
     def _channels(self, points: Points) -> list[FloatArray]:
         simulated = zip(points, self._simulated(points), strict=True)
-        return [y[self.runs[k].lead_time.size :, self.columns] for (k, _), y in simulated]
+        runs = self.runs
+        return [runs[k].compared(y[runs[k].lead_time.size :, self.columns]) for (k, _), y in simulated]
 
     def _by_pieces(
         self, work: Callable[[Points], list[FloatArray]], points: Points,

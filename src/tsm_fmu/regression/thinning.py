@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,7 +17,8 @@ STROKE = 25
 def thinned(model: Kernel, runs: Sequence[FitRun], rows: int, shortest: int | None = None) -> list[FitRun]:
     """Every m-th sample of each run, but not so few that a stroke is no longer followed.
 
-    Kernels step exactly along the line between two positions: nothing is filtered.
+    Kernels step exactly along the line between two positions: nothing is filtered. Where a speed drives the model, a
+    step has the mean speed of those that it stands for, and so moves as far as they do.
 
     Parameters
     ----------
@@ -34,7 +36,24 @@ def thinned(model: Kernel, runs: Sequence[FitRun], rows: int, shortest: int | No
         by_stroke = int(_samples_of_a_stroke(model, run) / STROKE)
         return max(1, min(total // rows, run.time.size // shortest, by_stroke))
 
-    return [run.every(step(run)) for run in runs]
+    return [_every(model, run, step(run)) for run in runs]
+
+
+def _every(model: Kernel, run: FitRun, step: int) -> FitRun:
+    few, names = run.every(step), [v.name for v in model.inputs]
+    if step == 1 or model.motion != "v" or "v" not in names:
+        return few
+    column = names.index("v")
+    time, inputs = run.with_lead
+    way = np.cumsum(np.append(0.0, inputs[1:, column] * np.diff(time)))
+    kept, _ = few.with_lead
+    speed = np.append(inputs[0, column], np.diff(np.interp(kept, time, way)) / np.diff(kept))
+    lead = few.lead_time.size
+    inputs, lead_inputs = few.inputs.copy(), few.lead_inputs.copy()
+    inputs[:, column] = speed[lead:]
+    if lead:
+        lead_inputs[:, column] = speed[:lead]
+    return replace(few, inputs=inputs, lead_inputs=lead_inputs)
 
 
 def _samples_of_a_stroke(model: Kernel, run: FitRun) -> float:

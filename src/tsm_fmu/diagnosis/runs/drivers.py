@@ -168,5 +168,15 @@ def _is_integral(model: Kernel, records: Sequence[Record], column: str) -> bool:
     )
 
 
+def position_column(model: Kernel, records: Sequence[Record]) -> str | None:
+    """Column of all records that is the position of the speed which drives the model; None without."""
+    unit = _unit_of(model, "v").removesuffix("/s")
+    for name in records[0].columns:
+        everywhere = all(name in r.columns and r.units[name] == unit for r in records)
+        if everywhere and _is_integral(model, records, name):
+            return name
+    return None
+
+
 def _unit_of(model: Kernel, name: str) -> str:
     return next(v.quantity.unit for v in model.inputs if v.name == name)

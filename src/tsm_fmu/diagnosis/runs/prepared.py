@@ -15,6 +15,7 @@ from ...regression.specification import fit_run, measured_channels
 from .beginning import compared_after_start
 from .drivers import with_drives
 from .motion_signals import coordinates_of
+from .unresolved import without_unresolved
 
 
 @dataclass(frozen=True)
@@ -66,10 +67,8 @@ def prepared(
     model, notes = with_drives(model, records, channels, drive)
 
     def compared_runs(group: Sequence[Record]) -> tuple[FitRun, ...]:
-        return tuple(
-            compared_after_start(model, _repaired(fit_run(model, record, channels, cutoff)), channels)
-            for record in group
-        )
+        whole = (_repaired(fit_run(model, record, channels, cutoff)) for record in group)
+        return tuple(compared_after_start(model, without_unresolved(model, run), channels) for run in whole)
 
     return PreparedRuns(
         model, tuple(channels), compared_runs(measured), compared_runs(reference), compared_runs(holdout),

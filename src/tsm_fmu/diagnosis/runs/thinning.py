@@ -8,8 +8,14 @@ from ...kernels.kernel import Kernel
 from ...regression.problem import FitRun
 from ...regression.thinning import thinned
 from ..criteria import KEPT_RUN_SAMPLES, SEARCH_SAMPLES, SPEED_INPUT_SEARCH_SAMPLES
+from .unresolved import without_unresolved
 
 
 def thinned_for_search(model: Kernel, runs: Sequence[FitRun]) -> list[FitRun]:
     """Runs as the search works on them."""
-    return thinned(model, runs, SPEED_INPUT_SEARCH_SAMPLES if model.motion == "v" else SEARCH_SAMPLES, KEPT_RUN_SAMPLES)
+    rows = SPEED_INPUT_SEARCH_SAMPLES if model.motion == "v" else SEARCH_SAMPLES
+    found = thinned(model, runs, rows, KEPT_RUN_SAMPLES)
+    return [
+        few if few.time.size == run.time.size else without_unresolved(model, few)
+        for few, run in zip(found, runs, strict=True)
+    ]

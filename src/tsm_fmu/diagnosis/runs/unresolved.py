@@ -1,0 +1,68 @@
+"""Reversals that the samples of a run do not resolve.
+
+After a reversal friction turns over within the presliding distance. Where the drive passes that in a sample or two, or
+in a step or two of its encoder, what is simulated there depends on how the drive moved between two samples, which no
+log says: differences as large as the friction itself, and no fault of the model. They are not compared.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+from ...kernels.arrays import FloatArray
+from ...kernels.kernel import Kernel
+from ...logs.quantisation import quantisation_step
+from ...regression.problem import FitRun
+from ...regression.residuals import white_noise
+from ..criteria import UNRESOLVED_MOST_SHARE, UNRESOLVED_SPREAD_SHARE
+from .motion_signals import position_of
+
+NOISE_DEVIATIONS = 4.0
+"""Standard deviations of a channel's noise that a change from sample to sample must exceed."""
+
+
+def without_unresolved(model: Kernel, run: FitRun) -> FitRun:
+    """The run, of which such values are not compared.
+
+    Parameters
+    ----------
+    model : Kernel
+        Its motion.
+    run : FitRun
+    """
+    if not model.motion or run.time.size < 8:
+        return run
+    x = position_of(model, run.time, run.inputs)
+    found = np.column_stack([unresolved(x, column) for column in run.targets.T])
+    found |= run.unresolved if run.unresolved.size else False
+    found &= found.mean(axis=0) <= UNRESOLVED_MOST_SHARE  # a log that resolves nothing is compared as it is
+    return replace(run, unresolved=found) if found.any() else replace(run, unresolved=np.empty((0, 0), bool))
+
+
+def unresolved(x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
+    """Samples of a channel that depend on how the drive moved between two samples.
+
+    What is not known of the position (its encoder's step, and at a reversal how far it went between the samples),
+    times what the channel changes over the position.
+
+    Parameters
+    ----------
+    x, y : ndarray, shape (n,)
+        Position and channel.
+    """
+    moved = np.diff(x)
+    turns = np.zeros(moved.size, bool)
+    turns[1:] = moved[1:] * moved[:-1] <= 0.0
+    beyond = np.zeros(moved.size)
+    beyond[1:] = np.abs(np.diff(moved)) / 8.0  # of a parabola through three samples, beyond the outer one
+    unknown = np.where(turns | np.append(turns[1:], False), np.maximum(beyond, np.append(beyond[1:], 0.0)), 0.0)
+    unknown = np.maximum(unknown, quantisation_step(x) / np.sqrt(12.0))
+    change = np.maximum(np.abs(np.diff(y)) - NOISE_DEVIATIONS * float(white_noise(y)), 0.0)
+    error = change * unknown / np.maximum(np.maximum(np.abs(moved), unknown), 1e-300)
+    bad = error > UNRESOLVED_SPREAD_SHARE * float(np.std(y))
+    samples = np.append(bad, False) | np.append(False, bad)
+    return np.asarray(binary_dilation(samples, np.ones(3, bool)), bool)
