@@ -20,7 +20,7 @@ FINENESS = {
     "draws": ("NULLS", "SURROGATES", "RESAMPLES", "SMALLEST", "LEVEL"),
     "numerics": ("STEPS", "RIDGE", "DAMPING", "DECIBEL", "SHAPES", "SHRUNK", "FIRST_STEPS", "FIRST_ROWS",
                  "PROBE_STEPS", "FOLD_STEPS", "FURTHER_STEPS", "LAST_STEPS", "INDEPENDENT", "AT_AN_END",
-                 "PROPORTIONAL"),
+                 "PROPORTIONAL", "SLOW_STEPS", "FINE_STEPS", "TWINS", "UNREACHED", "NOISE_DEVIATIONS"),
     "the library of functions": ("DISTANCES", "SPEEDS", "WIDTHS", "LAGS", "CENTRED", "HOLD", "TURNING_RAD", "ALIKE",
                                  "BLOCKS", "MOST_FOLDS", "HARMONICS", "SINGLE", "HATS", "LAGGED"),
     "what a page holds": ("LEADING", "MOST_PLACES", "MOST_RUNS", "MOST_DRAWN", "DISTINCT"),

@@ -10,9 +10,10 @@ import pytest
 
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, beside, interleaved, shortlist
 from tsm_fmu.diagnosis.choice.supported import Choice, choice_of, dominated, indistinguishable, log_residual
+from tsm_fmu.effects import effect_of
 
-EFFECT_SPREAD_SHARE, CLEAN_EFFECT_SPREAD_SHARE, FIT_SPREAD_SHARE = 0.012, 0.006, 0.003
-LAW_FORM_SHARE, DIFFERENCE_DEVIANCE, CONVERGED_SHARE, SHAPE_SPREAD_SHARE = 0.03, 8.0, 0.002, 0.08
+CLEAN_EFFECT_SPREAD_SHARE, FIT_SPREAD_SHARE = 0.006, 0.003
+LAW_FORM_SHARE, DIFFERENCE_DEVIANCE, CONVERGED_SHARE, SHAPE_SPREAD_SHARE = 0.03, 8.0, 0.002, 0.045
 """As docs/diagnosis.md lists them: numbers of this test, not of the code under test."""
 SPREAD = 3.7
 MANY = 1e5
@@ -21,15 +22,15 @@ MANY = 1e5
 def made(
     added: str, rmse: float, held: float | None = None, *, parameters: int = 5, effective: float = MANY,
     nuisance_specs: dict[str, float] | None = None, unit: float = SPREAD, discrepancy: float = 0.0,
-    form_share: float = EFFECT_SPREAD_SHARE,
+    referenced: bool = False,
 ) -> Hypothesis:  # fmt: skip
     """What leaves ``rmse`` (of the spread) on one channel; ``added`` are ids with blanks between."""
     fitted: Any = SimpleNamespace(
         spread=np.array([unit]), rmse=np.array([rmse * unit]), effects=(*added.split(), *(nuisance_specs or ())),
         problem=SimpleNamespace(shared=tuple(range(parameters))),
         task=SimpleNamespace(
-            discrepancy=np.array([discrepancy * unit]), reference_removal={}, form_share=form_share, limits={},
-            gap=np.zeros(1),
+            discrepancy=np.array([discrepancy * unit]),
+            reference_removal={"delay@F": np.zeros(1)} if referenced else {}, limits={}, gap=np.zeros(1),
         ),
     )  # fmt: skip
     square = (None if held is None else np.array([(held * unit) ** 2]), np.array([effective]), np.array([effective]))
@@ -49,10 +50,14 @@ def names(choice: Choice) -> list[tuple[str, ...]]:
     return [h.effects for h in choice.supported]
 
 
-@pytest.mark.parametrize(("gain", "named"), [(0.9 * EFFECT_SPREAD_SHARE, False), (1.2 * EFFECT_SPREAD_SHARE, True)])
-def test_an_effect_within_the_form_of_a_model_is_not_named(gain: float, named: bool) -> None:
-    plain = made("", 0.05)
-    choice = choice_of([plain, made("inertia", refit_without(gain))], plain)
+@pytest.mark.parametrize(
+    ("gain", "before", "named"),
+    [(0.0054, 0.007, False), (0.0066, 0.007, True), (0.0258, 0.05, False), (0.0276, 0.05, True)],
+)
+def test_an_effect_removes_some_of_the_spread_and_much_of_what_is_left(gain: float, before: float, named: bool) -> None:
+    """0.6 % of the spread, and 0.4 times the mean square that is left with it."""
+    plain = made("", before)
+    choice = choice_of([plain, made("inertia", refit_without(gain, before))], plain)
     assert names(choice) == [("inertia",) if named else ()]
     assert choice.best.added == ("inertia",)
 
@@ -60,10 +65,10 @@ def test_an_effect_within_the_form_of_a_model_is_not_named(gain: float, named: b
 @pytest.mark.parametrize(
     ("effect", "gain", "before", "named"),
     [
-        ("nonlocal_memory", 0.8 * SHAPE_SPREAD_SHARE, 0.2, False),
-        ("nonlocal_memory", 1.2 * SHAPE_SPREAD_SHARE, 0.2, True),
-        ("nonlocal_memory", 0.0499, 0.05, True),  # it leaves next to nothing
-        ("wear", 0.8 * SHAPE_SPREAD_SHARE, 0.2, True),
+        ("nonlocal_memory", 0.8 * SHAPE_SPREAD_SHARE, 0.05, False),
+        ("nonlocal_memory", 1.2 * SHAPE_SPREAD_SHARE, 0.08, True),
+        ("nonlocal_memory", 0.0399, 0.04, True),  # it leaves next to nothing
+        ("wear", 0.8 * SHAPE_SPREAD_SHARE, 0.05, True),
     ],
 )
 def test_what_follows_a_reversal_is_missing_beyond_what_rigs_differ_in(
@@ -84,37 +89,39 @@ def test_what_takes_the_place_of_another_effect_is_no_correction(left: dict[str,
     assert ("nonlocal_memory" in one.effects) is named
 
 
-def test_a_smaller_effect_is_named_beside_reference_runs() -> None:
-    gain = 0.9 * EFFECT_SPREAD_SHARE
-    assert gain > CLEAN_EFFECT_SPREAD_SHARE
-    plain = made("", 0.05, form_share=CLEAN_EFFECT_SPREAD_SHARE)
-    smaller = made("inertia", refit_without(gain), form_share=CLEAN_EFFECT_SPREAD_SHARE)
-    assert names(choice_of([plain, smaller], plain)) == [("inertia",)]
+@pytest.mark.parametrize(
+    ("gain", "referenced", "named"), [(0.009, False, False), (0.009, True, True), (0.0125, False, True)]
+)
+def test_a_further_effect_must_remove_more_where_no_reference_runs_tell_the_form(
+    gain: float, referenced: bool, named: bool
+) -> None:
+    plain, one = made("", 0.05, referenced=referenced), made("inertia", 0.014, referenced=referenced)
+    both = made("inertia stribeck", refit_without(gain, 0.014), referenced=referenced)
+    assert names(choice_of([plain, one, both], plain)) == [("inertia", "stribeck") if named else ("inertia",)]
 
 
-def test_a_smaller_effect_is_named_where_it_removes_nearly_all_of_the_gap() -> None:
+def test_a_small_effect_is_named_where_it_removes_nearly_all_of_the_gap() -> None:
     plain = made("", 1.5 * CLEAN_EFFECT_SPREAD_SHARE, 1.5 * CLEAN_EFFECT_SPREAD_SHARE)
-    assert 1.5 * CLEAN_EFFECT_SPREAD_SHARE < EFFECT_SPREAD_SHARE
     everywhere = made("inertia", 0.2 * CLEAN_EFFECT_SPREAD_SHARE, 0.2 * CLEAN_EFFECT_SPREAD_SHARE)
     assert names(choice_of([plain, everywhere], plain)) == [("inertia",)]
-    only_measured = made("inertia", 0.2 * CLEAN_EFFECT_SPREAD_SHARE, 0.9 * CLEAN_EFFECT_SPREAD_SHARE)
+    only_measured = made("inertia", 0.2 * CLEAN_EFFECT_SPREAD_SHARE, 2.0 * CLEAN_EFFECT_SPREAD_SHARE)
     assert names(choice_of([plain, only_measured], plain)) == [()]
 
 
-@pytest.mark.parametrize(("part", "named"), [(0.9, False), (1.1, True)])
+@pytest.mark.parametrize(("part", "named"), [(0.95, False), (1.1, True)])
 def test_eight_of_deviance_tell_two_hypotheses_apart(part: float, named: bool) -> None:
     """With 60 independent samples chance makes 8/60 of what the better one leaves, beyond the limit of an effect."""
-    better = 0.05
-    gap = EFFECT_SPREAD_SHARE**2 + DIFFERENCE_DEVIANCE * better**2 / 60.0
+    better = 0.01
+    gap = CLEAN_EFFECT_SPREAD_SHARE**2 + DIFFERENCE_DEVIANCE * better**2 / 60.0
     removed = part * gap / (1.0 - part * LAW_FORM_SHARE)  # and the form of a law
     plain = made("", float(np.sqrt(better**2 + removed)), effective=60.0)
     assert bool(choice_of([plain, made("inertia", better, effective=60.0)], plain).winner.effects) is named
 
 
-@pytest.mark.parametrize(("effective", "named"), [(19.0, False), (2000.0, True)])
+@pytest.mark.parametrize(("effective", "named"), [(12.0, False), (2000.0, True)])
 def test_few_independent_samples_make_a_difference_of_noise(effective: float, named: bool) -> None:
     plain = made("", 0.05, effective=effective)
-    found = choice_of([plain, made("inertia", refit_without(0.02), effective=effective)], plain)
+    found = choice_of([plain, made("inertia", refit_without(0.03), effective=effective)], plain)
     assert bool(found.winner.effects) is named
 
 
@@ -143,7 +150,7 @@ def test_two_effects_only_where_one_leaves_clearly_more() -> None:
 
 
 @pytest.mark.parametrize(
-    ("held", "expected"), [(0.05, ("inertia", "viscous")), (0.0605, ("inertia", "viscous")), (0.07, ("inertia",))]
+    ("held", "expected"), [(0.05, ("inertia", "viscous")), (0.0602, ("inertia", "viscous")), (0.07, ("inertia",))]
 )
 def test_an_effect_with_which_held_out_runs_are_predicted_worse_is_none(held: float, expected: tuple[str, ...]) -> None:
     """Whatever it takes from the measured ones; within what an effect may correct it is no worse."""
@@ -176,11 +183,24 @@ def test_what_hides_behind_a_named_effect_must_leave_next_to_nothing(left: float
     assert names(choice_of([plain, one, other], plain)) == [("thermal", "inertia")]
 
 
-def test_what_removes_less_than_the_gap_on_reference_runs_corrects_the_form() -> None:
-    plain, one = made("", 0.9, discrepancy=0.08), made("inertia", 0.1, discrepancy=0.08)
-    for form, expected in ((0.08, ("inertia",)), (0.06, ("inertia",)), (0.05, ("inertia", "stribeck"))):
-        both = made("inertia stribeck", refit_without(0.07, 0.1), discrepancy=form)
-        assert names(choice_of([plain, one, both], plain)) == [expected]
+@pytest.mark.parametrize(("left_on_reference_runs", "alike"), [(0.08, True), (0.06, False)])
+def test_of_two_that_leave_less_than_reference_runs_neither_is_the_better_one(
+    left_on_reference_runs: float, alike: bool
+) -> None:
+    plain = made("", 0.14)
+    best = made("inertia", 0.05, discrepancy=left_on_reference_runs, referenced=True)
+    rival = made("viscous", 0.065, discrepancy=left_on_reference_runs, referenced=True)
+    far = made("delay", 0.15, discrepancy=left_on_reference_runs, referenced=True)
+    assert names(choice_of([plain, best, rival, far], plain)) == [("inertia",), *([("viscous",)] if alike else [])]
+
+
+@pytest.mark.parametrize(("more", "alike"), [(1.2, True), (1.29, False)])
+def test_each_parameter_more_must_pay(more: float, alike: bool) -> None:
+    """Three of them 8 % each of the mean square that is left: a law that bends to the model's form is no better."""
+    plain, best = made("", 0.035), made("acceleration_branches", 0.03, parameters=9)
+    simple = made("inertia", 0.03 * np.sqrt(more), parameters=6)
+    assert indistinguishable(simple, best, plain) is alike
+    assert not indistinguishable(made("inertia", 0.03 * np.sqrt(1.2), parameters=9), best, plain)
 
 
 def test_of_equals_the_one_that_needs_more_parameters_is_dropped() -> None:
@@ -192,11 +212,12 @@ def test_of_equals_the_one_that_needs_more_parameters_is_dropped() -> None:
     hidden = made("creep", 0.03, parameters=9)
     assert not dominated(hidden, few)
     assert len(choice_of([plain, hidden, few], plain).supported) == 2  # a set: each hides behind the other
-    better = made("acceleration_branches", 0.0297, parameters=9)
+    better = made("acceleration_branches", 0.0279, parameters=9)  # 15 % less, of which 12 may be its three parameters
     assert not dominated(better, few)
     assert len(choice_of([plain, better, few], plain).supported) == 2
-    noisy = made("acceleration_branches", 0.0297, parameters=9, effective=31.0)
-    assert dominated(noisy, made("inertia", 0.03, parameters=6, effective=31.0))  # two per cent are noise
+    assert dominated(made("acceleration_branches", 0.0287, parameters=9), few)
+    noisy = made("acceleration_branches", 0.0279, parameters=9, effective=120.0)
+    assert dominated(noisy, made("inertia", 0.03, parameters=6, effective=120.0))  # six per cent more are noise
 
 
 @pytest.mark.parametrize(("more", "as_little"), [(0.9, True), (1.1, False)])
@@ -204,8 +225,8 @@ def test_of_equals_the_one_that_needs_more_parameters_is_dropped() -> None:
 def test_what_leaves_as_little_with_fewer_parameters_does_so_on_held_out_runs_too(
     more: float, as_little: bool, where: str
 ) -> None:
-    """Refits end 0.2 % apart in mean square, and noise makes 8 over the independent samples of it."""
-    rest = float(np.sqrt(1.0 + more * (CONVERGED_SHARE + DIFFERENCE_DEVIANCE / 5000.0)))
+    """Refits end 0.2 % apart in mean square, noise makes 8 over the independent samples, each parameter bends 4 %."""
+    rest = float(np.sqrt(1.0 + more * (CONVERGED_SHARE + DIFFERENCE_DEVIANCE / 5000.0 + 3 * 0.04)))
     measured, held = (rest, 1.0) if where == "measured" else (1.0, rest)
     many = made("acceleration_branches", 0.03, 0.04, parameters=9, effective=5000.0)
     few = made("inertia", 0.03 * measured, 0.04 * held, parameters=6, effective=5000.0)
@@ -243,10 +264,10 @@ def test_a_freedom_that_does_much_is_an_effect_as_any_other() -> None:
 
 
 def test_the_shape_after_a_reversal_is_form_unless_it_is_much_and_not_in_reference_runs() -> None:
-    assert made("", 0.03, nuisance_specs={"presliding_shape": 0.079}).effects == ()
-    much = made("", 0.03, nuisance_specs={"presliding_shape": 0.083})
+    assert made("", 0.03, nuisance_specs={"presliding_shape": 0.044}).effects == ()
+    much = made("", 0.03, nuisance_specs={"presliding_shape": 0.046})
     assert much.effects == ("presliding_shape",)
-    much = made("", 0.03, nuisance_specs={"presliding_shape": 0.083})
+    much = made("", 0.03, nuisance_specs={"presliding_shape": 0.046})
     much.fitted.task.reference_removal["presliding_shape"] = np.array([0.084 * SPREAD])  # pyright: ignore[reportIndexIssue]
     assert much.effects == ()
     assert much.has_large_nuisance  # it may stand for another effect all the same
@@ -268,14 +289,26 @@ def test_the_choice_does_not_hang_on_the_unit() -> None:
         )
 
 
-def test_shortlist_takes_an_effect_at_two_places_at_most() -> None:
-    def screened(spec: str, gain: float) -> Any:
-        name = spec.partition("@")[0]
-        return SimpleNamespace(attached=SimpleNamespace(module=SimpleNamespace(NAME=name), spec=spec), gain=gain)
+def screened(spec: str, gain: float) -> Any:
+    attached = SimpleNamespace(module=effect_of(spec), spec=spec, channel=spec.partition("@")[2])
+    return SimpleNamespace(attached=attached, gain=gain)
 
-    rows = [("lag@a", 0.9), ("lag@b", 0.8), ("lag@c", 0.7), ("mass", 0.6), ("creep", 0.3), ("delay", 0.0)]
+
+def test_shortlist_takes_an_effect_at_two_places_at_most() -> None:
+    rows = [
+        ("sensor_lag@a", 0.9), ("sensor_lag@b", 0.8), ("sensor_lag@c", 0.7), ("inertia", 0.6), ("creep", 0.3),
+        ("delay", 0.0),
+    ]  # fmt: skip
     ranked = [screened(*row) for row in rows]
-    assert [s.attached.spec for s in shortlist(ranked)] == ["lag@a", "lag@b", "mass", "creep"]
-    assert [s.attached.spec for s in shortlist(ranked, most=3)] == ["lag@a", "lag@b", "mass"]
+    assert [s.attached.spec for s in shortlist(ranked)] == ["sensor_lag@a", "sensor_lag@b", "inertia", "creep"]
+    assert [s.attached.spec for s in shortlist(ranked, most=3)] == ["sensor_lag@a", "sensor_lag@b", "inertia"]
     both = interleaved(ranked[:3], [ranked[2], ranked[0], ranked[1]])
-    assert [s.attached.spec for s in both] == ["lag@a", "lag@c", "lag@b"]
+    assert [s.attached.spec for s in both] == ["sensor_lag@a", "sensor_lag@c", "sensor_lag@b"]
+
+
+def test_what_a_linear_step_cannot_show_is_tried_beside_what_looks_like_it() -> None:
+    """The travel before a run is not in the step: wear at the place of a thermal that leads, and nowhere else."""
+    ranked = [screened("thermal", 0.9), screened("inertia", 0.5), screened("wear@x_out", 0.0), screened("wear", 0.0)]
+    assert [s.attached.spec for s in shortlist(ranked)] == ["thermal", "inertia", "wear"]
+    behind = [screened("inertia", 0.9 - 0.1 * k) for k in range(2)] + [screened("delay", 0.6), *ranked]
+    assert "wear" not in [s.attached.spec for s in shortlist(behind, most=4)]

@@ -72,7 +72,7 @@ def test_nothing_else_is(one: Hypothesis) -> None:
 
 
 def test_no_gap_is_no_reason_for_a_name() -> None:
-    assert chosen(made(["slack@x_out"], [0.001, 0.02]), refitted=made([], [0.01, 0.03])) is None
+    assert chosen(made(["slack@x_out"], [0.001, 0.02]), refitted=made([], [0.005, 0.03])) is None
 
 
 def test_it_must_close_the_channel_without_what_is_left_out() -> None:

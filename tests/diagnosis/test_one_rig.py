@@ -10,7 +10,6 @@ import pytest
 
 from tsm_fmu.diagnosis.choice import baselines as module
 from tsm_fmu.diagnosis.choice.baselines import baselines, refitted_model
-from tsm_fmu.diagnosis.criteria import CLEAN_EFFECT_SPREAD_SHARE, EFFECT_SPREAD_SHARE
 from tsm_fmu.diagnosis.fits.nuisance import best_refit, refit_with
 from tsm_fmu.diagnosis.fits.ranges import level_ranges
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
@@ -72,14 +71,14 @@ def test_a_poor_valley_of_the_reference_runs_is_no_form(
     def reference_gap() -> float:
         made = baselines(task_of(runs, known), (), runs, references, [], lambda _: None)
         assert made.reference is not None
-        assert made.refitted.fitted.task.form_share == CLEAN_EFFECT_SPREAD_SHARE
+        assert made.refitted.fitted.task.reference_removal
         return float(made.reference.rmse[0])
 
     sound = reference_gap()
     monkeypatch.setattr(module, "refitted_model", poor)
     assert reference_gap() == pytest.approx(sound, rel=0.05)
     without = baselines(task_of(runs, known), (), runs, [], [], lambda _: None)
-    assert without.refitted.fitted.task.form_share == EFFECT_SPREAD_SHARE
+    assert not without.refitted.fitted.task.reference_removal
 
 
 def test_a_refit_that_ends_worse_begins_again_where_the_effect_does_little(rig: Rig, known: dict[str, float]) -> None:

@@ -193,7 +193,7 @@ def test_sizes_of_a_drive_that_stands_still_are_one() -> None:
 
 
 @pytest.mark.parametrize(
-    ("effect", "count"), [("inertia", 1), ("stribeck", 14), ("drum_periodic@x_out", 48), ("nonlocal_memory", 21)]
+    ("effect", "count"), [("inertia", 1), ("stribeck", 14), ("drum_periodic@x_out", 144), ("nonlocal_memory", 21)]
 )
 def test_so_many_shapes_are_tried_all_within_their_ranges(responses: Responses, effect: str, count: int) -> None:
     attached = attach(kernel("TendonDrive"), effect)
@@ -208,7 +208,7 @@ def test_so_many_shapes_are_tried_all_within_their_ranges(responses: Responses, 
         assert below == pytest.approx(0.5, abs=0.11)  # spread, as a low-discrepancy sequence does
         assert len(set(values)) == count
     limits = responses.limits(responses.acting(attached))
-    bounded = {n for n, s in shapes.items() if s.scale not in ("number", "angle")}
+    bounded = {n for n, s in shapes.items() if s.scale not in ("number", "angle", "share")}
     assert limits == {public(attached, n): responses.extent.limits(shapes[n]) for n in bounded}
 
 

@@ -116,8 +116,8 @@ def test_the_simpler_of_two_that_leave_as_little_is_built_upon() -> None:
 
 @pytest.mark.parametrize(("part", "promises"), [(0.98, False), (1.02, True)])
 def test_a_further_effect_must_promise_as_much_as_one_that_is_named(part: float, promises: bool) -> None:
-    """Of 0.05 of the spread the gain takes 0.012 times ``part``: what is left is the root of the difference."""
-    after = np.sqrt(0.05**2 - (0.012 * part) ** 2)
+    """Of 0.05 of the spread the gain takes 0.006 times ``part``: what is left is the root of the difference."""
+    after = np.sqrt(0.05**2 - (0.006 * part) ** 2)
     fitted: Any = SimpleNamespace(rmse=np.array([0.001, 0.05]) * 3.7, spread=np.full(2, 3.7))
     assert _promises(float(-2.0 * np.log(after / 0.05)), fitted) is promises
 
@@ -138,16 +138,13 @@ def test_every_effect_is_tried_where_it_is_not_yet_and_an_offset_until_it_drifts
     assert places(there, there) == everywhere - set(there)
 
 
-def test_a_drum_of_known_size_needs_its_turns_and_one_of_any_size_none() -> None:
+def test_a_drum_of_any_size_is_tried_and_its_turns_are_asked_of_the_log_alone() -> None:
     drums = {m.NAME: 2.0 * np.pi * about(m.NAME).turns for m in EFFECTS if about(m.NAME).turns}
     assert set(drums) == {"drum_periodic", "winding_crossover"}
     for m in EFFECTS:
         assert least_stroke(m) == pytest.approx(drums.get(m.NAME, 0.0))
-    for part, found in ((0.99, False), (1.01, True)):
-        names = {c.module.NAME for c in possible("TendonDrive", ("x_out",), (), (), part * drums["winding_crossover"])}
-        assert ("winding_crossover" in names) is found
-        assert "drum_periodic" in names
-        assert "creep" in names
+    names = {c.module.NAME for c in possible("TendonDrive", ("x_out",), (), (), 0.01)}
+    assert {*drums, "creep"} <= names
 
 
 @pytest.mark.parametrize(
@@ -164,7 +161,7 @@ def test_it_is_enough_where_the_last_did_not_help_or_nothing_is_left(
 ) -> None:
     best: Any = SimpleNamespace(effects=("a", "b", "c")[:winner], has_large_nuisance=large)
     monkeypatch.setattr(module, "choice_of", lambda found, refitted: SimpleNamespace(winner=best))
-    monkeypatch.setattr(module, "open_channels", lambda *_: np.array([False, open_]))
+    monkeypatch.setattr(module, "open_channels", lambda *_, **__: np.array([False, open_]))
     start: Any = SimpleNamespace(fitted=None)
     baselines: Any = SimpleNamespace(refitted=start, reference=None, stepped=[])
     one: Any = SimpleNamespace(added=("a", "b", "c")[:base], form_corrections=form)

@@ -33,8 +33,8 @@ REMEMBERED_SHARE = 0.05
 SEARCH_SAMPLES = 4_000
 """The search works on so many samples of all runs together: refits take seconds, and parameters hardly change."""
 
-SPEED_INPUT_SEARCH_SAMPLES = 20_000
-"""Samples that the search works on where the input is a speed: between them it is not known, thinning acts as a lag."""
+SPEED_INPUT_SEARCH_SAMPLES = 8_000
+"""The same where the input is a speed: a step then has the mean of the speeds that it stands for, which comes late."""
 
 KEPT_RUN_SAMPLES = 500
 """A run keeps so many, however many runs there are."""
@@ -48,6 +48,12 @@ REST_WINDOW_S = 0.1
 REST_DEVIATIONS = 3.0
 """Standard deviations of its noise, and of its mean over that time, within which it is not told from zero."""
 
+UNRESOLVED_SPREAD_SHARE = 0.02
+"""A value is not compared where what the log does not say of the motion between two samples makes more than this."""
+
+UNRESOLVED_MOST_SHARE = 0.3
+"""At most this part of a run is left out for that: a log that resolves less is compared as it is."""
+
 PRESLIDING_STROKE_SHARE = (3e-4, 0.02, 0.1)
 """Shortest, usual and longest presliding distance that effects see, as parts of the longest stroke."""
 
@@ -60,6 +66,12 @@ COPY_SHARE = 0.98
 POSITION_SHARE = 0.9
 """A column is the position that belongs to a speed if more of its moves is a multiple of the way of that speed."""
 
+DITHER_SHARE = 0.01
+"""Part of the samples at which a position goes to and fro, beyond which it has noise: its steps are then no speed."""
+
+POSITION_NOISE_SHARE = 0.1
+"""The same of its noise, as a part of what it moves in a sample."""
+
 FRICTION_LEVEL_RATIO = 1.0
 """A level of the model's friction (Coulomb, break-away) is at most this many times the range of the channels that it is
 in: a motion that reverses shows twice its level."""
@@ -69,9 +81,11 @@ in: a motion that reverses shows twice its level."""
 NUISANCE_SPREAD_SHARE = 0.015
 """A nuisance parameter that removes more is an effect of its own: the clocks and zeros of good rigs differ by less."""
 
-SHAPE_SPREAD_SHARE = 0.08
-"""The same of laws of what follows a reversal, and more than they remove on reference runs: rigs differ by as much, and
-a model has but one."""
+SHAPE_SPREAD_SHARE = 0.045
+"""The same of laws of what follows a reversal: rigs differ by as much, and a model has but one."""
+
+REFERENCED_SHAPE_SPREAD_SHARE = 0.03
+"""The same beside reference runs, and more than they remove there."""
 
 IDLE_SPREAD_SHARE = 0.002
 """A nuisance parameter that does less is left out of the answer's model: nobody would see it."""
@@ -82,11 +96,18 @@ LEVEL_STEP_SHARE = 1e-3
 # Which hypothesis the runs support
 
 EFFECT_SPREAD_SHARE = 0.012
-"""An effect that removes less is not named: it is within the form of any friction model."""
+"""What is left open, or taken by other values, is a gap beyond this part: less is within the form of any friction
+model. Without reference runs no effect beside another is named that removes less."""
 
 CLEAN_EFFECT_SPREAD_SHARE = 0.006
-"""An effect that leaves next to nothing is named above this part: a wrong form is not that simple. So is one beside
-reference runs: what it gains there is the form, and is not counted."""
+"""One that is alone, or beside reference runs, is not named if it removes less."""
+
+NOTABLE_RATIO = 0.4
+"""An effect must remove this many times the mean square that is left with it: less may mend the form of the model."""
+
+PARAMETER_RATIO = 0.08
+"""By how many times the mean square that is left each parameter more must lower it, or the law may bend to the form of
+the model."""
 
 NEARLY_ALL_SHARE = 0.9
 """What removes this part of the mean square that another hypothesis leaves is no correction of a wrong form."""
@@ -111,6 +132,9 @@ IMITATED_SHARE = 1e-3
 
 SHAPE_RANGE_RATIO = 2.0
 """A refit may leave the range of the shapes tried by this factor: beyond, an effect has another one's signature."""
+
+CORE_SHARE = 0.5
+"""Part of what an effect does that the sizes which make it must do: a winding without bursts is another law."""
 
 STRONGEST_RATIO = 0.5
 """Where more than noise is left, the effect that removes most must remove this many times the mean square left."""

@@ -31,13 +31,14 @@ from .choice.path import way_to_a_better_model
 from .choice.search import Search, candidate_places
 from .choice.selection import Selection, select
 from .choice.visibility import unexcited
-from .criteria import EFFECT_SPREAD_SHARE, PRESLIDING_STROKE_SHARE
+from .criteria import CLEAN_EFFECT_SPREAD_SHARE, NOTABLE_RATIO, PRESLIDING_STROKE_SHARE
 from .evidence import Candidate, Gap, Gate, NextMotion, RunComparison
 from .fits.placing import not_applicable
 from .fits.ranges import level_ranges
 from .fits.refit import Fitted, Task, as_given
 from .result import Diagnosis
 from .runs.beginning import beginning_note
+from .runs.displacement import with_speeds_of_position
 from .runs.drivers import drives_of
 from .runs.gate import Modelled, gate
 from .runs.motion_signals import coordinate_units
@@ -136,10 +137,12 @@ def diagnose(
     DiagnosisInterrupted
         Ctrl-C after the model was refitted.
     """
-    measured, quiet = with_quiet_rests(model, measured)
-    holdout, reference = (with_quiet_rests(model, group)[0] for group in (holdout, reference))
+    every, said = with_speeds_of_position(model, [*measured, *holdout, *reference], cutoff)
+    every, quiet = with_quiet_rests(model, every)
+    ends = len(measured), len(measured) + len(holdout)
+    measured, holdout, reference = every[: ends[0]], every[ends[0] : ends[1]], every[ends[1] :]
     runs = prepared(model, measured, reference, holdout, cutoff, drive)
-    runs = replace(runs, notes=(*runs.notes, *quiet))
+    runs = replace(runs, notes=(*runs.notes, *said, *quiet))
     if improve and not can_leave_out(runs.measured):
         raise InputError(
             f"--improve with {len(measured)} measured run{'s' if len(measured) > 1 else ''} -- expected two or more, "
@@ -307,7 +310,8 @@ def _gaps(found: Investigation) -> dict[str, Gap]:
     runs, verdict = found.runs, found.verdict
     base = found.selection.baselines.refitted.fitted
     units = {v.name: v.quantity.unit for v in base.problem.kernel.outputs}
-    threshold = np.maximum(EFFECT_SPREAD_SHARE * base.spread, base.task.discrepancy)
+    left = found.stages["final"].rmse
+    threshold = np.maximum(CLEAN_EFFECT_SPREAD_SHARE * base.spread, np.sqrt(NOTABLE_RATIO) * left)
     given, refitted, final = (errors_of(fitted, runs.measured, runs.holdout) for fitted in found.stages.values())
     return gaps(
         runs.channels, [units[c] for c in runs.channels], given, refitted, final, found.selection.floors, threshold,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...effects import effect_of, id_of, sizes_as
+from ...effects import about, effect_of, id_of, sizes_as
 from ...regression.problem import FitRun
 from ..choice.baselines import Baselines
 from ..choice.floors import Floors
@@ -76,9 +76,17 @@ def verdict_of(
     common = [e for e in sets[0] if all(e in ids for ids in sets)]
     alternatives = tuple(dict.fromkeys(e for ids in sets for e in ids if e not in common))
     common += [id_of(one.spec) for one in levels]
+    for effect in [e for e in common if _is_any_reversal(e)]:
+        common.remove(effect)
+        alternatives = tuple(dict.fromkeys((*alternatives, effect, *about(effect).looks_like)))
     named = tuple(s for s in (*winner.effects, *(one.spec for one in levels)) if id_of(s) in common)
     notes = (*sign_notes(final), *_unexplained_notes(floors, final.problem.channels))
     return Verdict("named" if named else "ambiguous", final, named, alternatives, notes)
+
+
+def _is_any_reversal(effect: str) -> bool:
+    """Whether an effect stands for whatever friction does after a reversal, play before it included."""
+    return about(effect).after_reversal and about(effect).role == "nuisance"
 
 
 def _without_effect(baselines: Baselines, winner: Hypothesis, final: Fitted) -> Verdict:

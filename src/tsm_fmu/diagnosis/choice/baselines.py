@@ -11,7 +11,7 @@ from ...kernels.kernel import kernel
 from ...regression.multistart import MultiStart
 from ...regression.problem import FitRun
 from ...regression.solver import SearchLog
-from ..criteria import CLEAN_EFFECT_SPREAD_SHARE, LOST_SHARE
+from ..criteria import LOST_SHARE
 from ..fits.nuisance import RemovedOnReference, nuisance_specs, with_nuisances
 from ..fits.quantised import Levels, coarse, step_noise
 from ..fits.refit import Fitted, Task, as_given, refit
@@ -80,7 +80,6 @@ def baselines(
             task=replace(
                 base.task,
                 discrepancy=reference.rmse,
-                form_share=CLEAN_EFFECT_SPREAD_SHARE,
                 reference_removal=RemovedOnReference(reference, nuisances),
             ),
         )

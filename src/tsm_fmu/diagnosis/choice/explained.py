@@ -12,7 +12,7 @@ import numpy as np
 
 from ...kernels.arrays import BoolArray
 from ...regression.problem import FitRun
-from ..criteria import EFFECT_SPREAD_SHARE, OPEN_GAP_EFFECTS
+from ..criteria import CLEAN_EFFECT_SPREAD_SHARE, OPEN_GAP_EFFECTS
 from ..fits.nuisance import nearly_removed
 from .hypotheses import Hypothesis
 from .patches import restricted_to
@@ -55,7 +55,7 @@ def of_explained_channels(
 
 def _closed(one: Hypothesis, refitted: Hypothesis) -> BoolArray:
     """Channels with a gap of which a hypothesis leaves next to nothing, on measured and on held-out runs."""
-    gap = refitted.measured > (EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
+    gap = refitted.measured > (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
     closed = gap & nearly_removed(refitted.measured, one.measured)
     if one.held_out is not None and refitted.held_out is not None:
         closed &= nearly_removed(refitted.held_out, one.held_out)
@@ -64,5 +64,5 @@ def _closed(one: Hypothesis, refitted: Hypothesis) -> BoolArray:
 
 def _acts_within(one: Hypothesis, spec: str, channels: BoolArray) -> bool:
     """Whether an effect of a hypothesis changes these channels and no other."""
-    changed = np.nan_to_num(one.fitted.share_of(spec), nan=np.inf) > EFFECT_SPREAD_SHARE
+    changed = np.nan_to_num(one.fitted.share_of(spec), nan=np.inf) > CLEAN_EFFECT_SPREAD_SHARE
     return bool(changed[channels].any() and not changed[~channels].any())

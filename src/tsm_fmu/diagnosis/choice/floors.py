@@ -101,8 +101,9 @@ def floors_of(
 
 
 def open_channels(
-    one: Hypothesis, base: Fitted, reference_fit: Fitted | None, stepped: Sequence[str] = ()
-) -> BoolArray:
+    one: Hypothesis, base: Fitted, reference_fit: Fitted | None, stepped: Sequence[str] = (),
+    least: float = EFFECT_SPREAD_SHARE, form_share: float = LAW_FORM_SHARE,
+) -> BoolArray:  # fmt: skip
     """Channels in which a hypothesis leaves something to explain.
 
     Parameters
@@ -114,21 +115,25 @@ def open_channels(
         Baseline on reference runs.
     stepped : sequence of str
         Channels of few levels: what is between two levels follows the motion and wanders, and is no gap.
+    least : float
+        Part of a channel's spread beyond which a law is a gap.
+    form_share : float
+        Part of what was removed that may be left.
     """
     fitted = one.fitted
     mean_square, spread = fitted.rmse**2, fitted.spread
-    form = LAW_FORM_SHARE * np.maximum(base.rmse**2 - mean_square, 0.0)
+    form = form_share * np.maximum(base.rmse**2 - mean_square, 0.0)
     share = _predictable(fitted)
-    lawful = (share > LAW_SHARE) & (share * mean_square > np.maximum((EFFECT_SPREAD_SHARE * spread) ** 2, form))
+    lawful = (share > LAW_SHARE) & (share * mean_square > np.maximum((least * spread) ** 2, form))
     white = np.minimum(white_noise(fitted) ** 2, mean_square)
     coloured = mean_square - white
-    large = np.where(mean_square > SLOW_RATIO**2 * white, EFFECT_SPREAD_SHARE, WANDERING_SPREAD_SHARE) * spread
+    large = np.where(mean_square > SLOW_RATIO**2 * white, least, WANDERING_SPREAD_SHARE) * spread
     wandering = (white < WHITE_SHARE * mean_square) & (coloured > np.maximum(large**2, form))
     coarse = np.isin(fitted.problem.channels, list(stepped))
     found = lawful | (wandering & ~coarse)
     if reference_fit is not None:
         above = fitted.rmse**2 - (REFERENCE_RATIO * reference_fit.rmse) ** 2
-        found = (found & (above > 0.0)) | (above > np.maximum((EFFECT_SPREAD_SHARE * spread) ** 2, form))
+        found = (found & (above > 0.0)) | (above > np.maximum((least * spread) ** 2, form))
     return found & ~(coarse & (mean_square <= fitted.task.discrepancy**2))
 
 

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...effects import prefix_of
+from ...effects import looks_like, prefix_of, starts_of
 from ...kernels.arrays import FloatArray
 from ...models.contract import InputError
 from ...regression.held_out import SETTLING
@@ -41,6 +41,8 @@ from ..fits.refit import Fitted
 from ..fits.screening import Screened
 
 FOLD_STEPS = 6
+TWINS = 3
+"""Best candidates whose look-alikes are refitted too, where a linear step does not show what these could do."""
 PROBE_ROWS = 3000
 """Samples of all runs together on which candidates are probed."""
 PROBE_STEPS = 4
@@ -150,7 +152,15 @@ def shortlist(screened: Sequence[Screened], most: int = REFITTED_CANDIDATES) -> 
         if s.gain > 0.0 and taken.get(name, 0) < PLACES_OF_AN_EFFECT:
             taken[name] = taken.get(name, 0) + 1
             found.append(s)
-    return found[:most]
+    found = found[:most]
+    # what is before a run is not in a linear step: such an effect may be there where one that looks like it seems to be
+    best = [s.attached for s in found[:TWINS]]
+    twins = [
+        s for s in screened
+        if s not in found and starts_of(s.attached.module)
+        and any(one.channel == s.attached.channel and looks_like(one.spec, [s.attached.spec]) for one in best)
+    ]  # fmt: skip
+    return [*found, *twins]
 
 
 def interleaved(one: Sequence[Screened], other: Sequence[Screened]) -> list[Screened]:

@@ -11,7 +11,7 @@ from ...effects import sizes_as
 from ...kernels.attached import Attached
 from ...kernels.kernel import Kernel
 from ...regression.problem import FitRun
-from ..criteria import EFFECT_SPREAD_SHARE, FURTHER_CANDIDATES, MOST_EFFECTS, SWAPPED_EFFECTS
+from ..criteria import CLEAN_EFFECT_SPREAD_SHARE, FURTHER_CANDIDATES, MOST_EFFECTS, SWAPPED_EFFECTS
 from ..fits.nuisance import Start
 from ..fits.placing import possible
 from ..fits.refit import Fitted
@@ -112,7 +112,9 @@ class Search:
             return True  # the last one did not help
         # nothing is left to explain, and nothing explained by what is rather a nuisance
         before = self.baselines
-        left = open_channels(winner, refitted.fitted, before.reference, before.stepped)
+        left = open_channels(
+            winner, refitted.fitted, before.reference, before.stepped, least=CLEAN_EFFECT_SPREAD_SHARE, form_share=0.0
+        )
         return not winner.has_large_nuisance and not left.any()
 
 
@@ -136,4 +138,4 @@ def candidate_places(model: Kernel, fitted: Fitted, travel: float = np.inf) -> l
 
 def _promises(gain: float, fitted: Fitted) -> bool:
     """Whether a candidate takes enough of what is left to matter, by its linear step or its probe."""
-    return bool((np.sqrt(-np.expm1(-gain)) * fitted.rmse > EFFECT_SPREAD_SHARE * fitted.spread).any())
+    return bool((np.sqrt(-np.expm1(-gain)) * fitted.rmse > CLEAN_EFFECT_SPREAD_SHARE * fitted.spread).any())

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...effects import about, place_of
 from ...regression.problem import FitRun
 from ...regression.threads import together
 from ..criteria import FOLDED_HYPOTHESES, MOST_EFFECTS
@@ -16,6 +17,9 @@ from .floors import Floors, floors_of
 from .hypotheses import Hypothesis, can_leave_out, left_out_in_turn
 from .patches import without_patches
 from .supported import Choice, choice_of, clearly_worse, log_residual
+
+FREE_FAMILIES = ("position", "time")
+"""Families of smooth laws of one coordinate."""
 
 
 @dataclass(frozen=True)
@@ -70,11 +74,19 @@ def select(
             choice = fewer
     if len(choice.winner.effects) > MOST_EFFECTS:  # its nuisance effects counted: some sum of so many closes any gap
         floors = replace(floors, unexplained=np.ones_like(floors.open_))
+    if any(_any_law_of_a_coordinate(h.effects) for h in choice.supported):
+        floors = replace(floors, unexplained=np.ones_like(floors.open_))
     if floors.unexplained.any():
         explained = ~(floors.open_ | floors.unexplained)
         part = of_explained_channels(choice, baselines.refitted, explained, found, holdout)
         choice, floors = part or choice, replace(floors, in_part=part is not None)
     return Selection(baselines, tuple(found), choice, floors)
+
+
+def _any_law_of_a_coordinate(effects: Sequence[str]) -> bool:
+    """Whether two effects at one place are laws of the position, or of time: a sum of such laws is any law of it."""
+    laws = [(about(spec).family, place_of(spec)[1]) for spec in effects if about(spec).family in FREE_FAMILIES]
+    return len(set(laws)) < len(laws)
 
 
 def _contending(found: Sequence[Hypothesis], baselines: Baselines) -> list[Hypothesis]:

@@ -25,8 +25,11 @@ from ..criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,
     CONVERGED_SHARE,
     DIFFERENCE_DEVIANCE,
+    EFFECT_SPREAD_SHARE,
     FIT_SPREAD_SHARE,
     LAW_FORM_SHARE,
+    NOTABLE_RATIO,
+    PARAMETER_RATIO,
     REFERENCE_RATIO,
 )
 from ..fits.nuisance import nearly_removed, refit_without
@@ -84,7 +87,7 @@ def _predicts_worse(one: Hypothesis, less: Hypothesis) -> bool:
     """Whether a hypothesis leaves clearly more of held-out runs than without some of its effects: these are none."""
     if one.held_out is None or less.held_out is None or not set(less.added) < set(one.added):
         return False
-    limit = np.square(one.fitted.task.form_share) * one.fitted.spread**2
+    limit = CLEAN_EFFECT_SPREAD_SHARE**2 * one.fitted.spread**2
     noise = DIFFERENCE_DEVIANCE * less.held_out / less.effective_held_out
     return bool((one.held_out - less.held_out > limit + noise).any())
 
@@ -110,12 +113,14 @@ def dominated(one: Hypothesis, other: Hypothesis) -> bool:
 
     Of two effects that hide behind each other the number of parameters does not tell which is there.
     """
-    if len(other.fitted.problem.shared) >= len(one.fitted.problem.shared):
+    surplus = len(one.fitted.problem.shared) - len(other.fitted.problem.shared)
+    if surplus <= 0:
         return False
     pairs = [(one.measured, other.measured, one.effective)]
     if one.held_out is not None and other.held_out is not None:
         pairs.append((one.held_out, other.held_out, one.effective_held_out))
-    margins = [CONVERGED_SHARE + DIFFERENCE_DEVIANCE / effective for *_, effective in pairs]
+    bent = 0.5 * PARAMETER_RATIO * surplus  # sure to be no more than the law bending to the form of the model
+    margins = [CONVERGED_SHARE + DIFFERENCE_DEVIANCE / effective + bent for *_, effective in pairs]
     as_little = all((theirs <= mine * (1.0 + m)).all() for (mine, theirs, _), m in zip(pairs, margins, strict=True))
     return as_little and not any(looks_like(spec, other.effects) for spec in one.effects)
 
@@ -197,7 +202,8 @@ def clearly_worse(one: Hypothesis, best: Hypothesis, refitted: Hypothesis) -> bo
 
     That asks for no refit: what nuisance effects remove need be known of the others only.
     """
-    return not _within_allowance(one, best, refitted.measured, refitted.held_out, fewer=True)
+    baseline = refitted.measured, refitted.held_out
+    return not any(_within_allowance(one, best, *baseline, fewer=fewer) for fewer in (True, False))
 
 
 def _within_allowance(
@@ -215,20 +221,28 @@ def _within_allowance(
     """
     spread = best.fitted.spread**2
     nearly_explained = _nearly_explained(one, best)
-    least = np.where(nearly_explained, CLEAN_EFFECT_SPREAD_SHARE, best.fitted.task.form_share)
-    limit = np.square(least if fewer else FIT_SPREAD_SHARE) * spread
+    task, surplus = best.fitted.task, len(best.fitted.problem.shared) - len(one.fitted.problem.shared)
+    alone = len(best.effects) < 2 or bool(task.reference_removal)
+    least_named = CLEAN_EFFECT_SPREAD_SHARE if alone else EFFECT_SPREAD_SHARE
+    limit = np.square(least_named if fewer else FIT_SPREAD_SHARE) * spread
+    if fewer and not task.reference_removal:  # what is between two levels of a converter is no effect
+        limit = np.maximum(limit, (REFERENCE_RATIO * task.discrepancy) ** 2)
+    parameters = 0.0 if fewer else PARAMETER_RATIO * max(surplus, 0)
     form = np.where(nearly_explained, 0.0, LAW_FORM_SHARE)
-    if fewer:
-        limit = np.maximum(limit, (REFERENCE_RATIO * best.fitted.task.discrepancy) ** 2)
     pairs = [(one.measured, best.measured, baseline, best.effective)]
     if one.held_out is not None and best.held_out is not None and baseline_held_out is not None:
         pairs.append((one.held_out, best.held_out, baseline_held_out, best.effective_held_out))
+    counts, gains = np.zeros(limit.size, bool), []
     for mine, least, before, effective in pairs:
         removed = np.maximum(before - least, 0.0)
         noise = DIFFERENCE_DEVIANCE * least / effective
-        if (mine - least > limit + form * removed + noise).any():
-            return False
-    return True
+        beyond = mine - least > limit + form * removed + noise + parameters * least
+        # of two that leave no more than the model does on reference runs neither is the better one
+        counts |= beyond if fewer else beyond & (mine > task.discrepancy**2)
+        gains.append(np.log(np.maximum(mine, 1e-300) / np.maximum(least, 1e-300)))
+    if fewer:  # of what is left with it, a surplus effect must explain a notable part: less may mend the model's form
+        counts &= np.mean(gains, axis=0) > np.log1p(NOTABLE_RATIO)
+    return not counts.any()
 
 
 def _nearly_explained(one: Hypothesis, best: Hypothesis) -> BoolArray:

@@ -1,16 +1,22 @@
 """Laws that have lost their signature: a fit has driven their scale to the end of the range in which they have one.
 
 Break-away that ages within a sample is a step after every rest, wear that is over at once a start-up: some other law,
-in the words of this one. Only scales in time and travel count: of them a signature is made.
+in the words of this one; a drum of as few turns as it may have is any smooth law of the position. Only scales in time,
+travel and turns count: of them a signature is made.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from ...effects import effect_of, prefix_of, shapes_of
+from ...kernels.chain import attach
+from ...kernels.kernel import kernel
+from ..criteria import CORE_SHARE
 from .refit import Fitted
 
-SCALES = ("time", "travel")
-AT_AN_END = 1e-3
+SCALES = ("time", "travel", "turns")
+AT_AN_END = 0.02
 """Part of itself by which a scale may miss the end of its range: refits stop so near."""
 
 
@@ -26,6 +32,8 @@ def disguised(fitted: Fitted, spec: str) -> bool:
     spec : str
     """
     module = effect_of(spec)
+    if module.ABOUT.core and _little_of_it(fitted, spec, module.ABOUT.core):
+        return True
     for name, shape in shapes_of(module).items():
         parameter = f"{prefix_of(spec)}{name}"
         if shape.scale not in SCALES or parameter not in fitted.task.limits:
@@ -35,3 +43,9 @@ def disguised(fitted: Fitted, spec: str) -> bool:
         if value <= lo * (1.0 + AT_AN_END) or (value >= hi * (1.0 - AT_AN_END) and not straight):
             return True
     return False
+
+
+def _little_of_it(fitted: Fitted, spec: str, core: Sequence[str]) -> bool:
+    """Whether the sizes that make an effect do less than half of what it does."""
+    of_core = fitted.change_with({attach(kernel(fitted.model), spec).prefix + name: 0.0 for name in core})
+    return bool((of_core < CORE_SHARE * fitted.share_of(spec)).all())

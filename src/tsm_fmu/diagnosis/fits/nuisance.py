@@ -20,12 +20,19 @@ from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
 from ...regression.thinning import thinned
-from ..criteria import LAW_FORM_SHARE, NEARLY_ALL_SHARE, NUISANCE_SPREAD_SHARE, REFERENCE_RATIO, SHAPE_SPREAD_SHARE
+from ..criteria import (
+    LAW_FORM_SHARE,
+    NEARLY_ALL_SHARE,
+    NUISANCE_SPREAD_SHARE,
+    REFERENCE_RATIO,
+    REFERENCED_SHAPE_SPREAD_SHARE,
+    SHAPE_SPREAD_SHARE,
+)
 from .placing import places_of_effect
 from .refit import STEPS, Fitted, Task, refit
 from .response import public
 from .screening import Screened, screen
-from .takeover import Place, taken_over
+from .takeover import Place, without
 
 SHRUNK = 0.1
 FIRST_STEPS = 5
@@ -212,13 +219,13 @@ def refit_without(fitted: Fitted, spec: str, nuisances: Sequence[str], start: Pl
     return best_refit(fitted, effects, [start], nuisances, released=[e for e in fitted.released if e != spec])
 
 
-def other_starts(fitted: Fitted, spec: str) -> list[Place]:
+def other_starts(fitted: Fitted, replaced: Place) -> list[Place]:
     """Where a refit without an effect starts too: from the values of the fit it may not find its way.
 
     The values of the model as they were given; and those at which its parameters take over what the effect does.
     """
     given = {n: fitted.task.values[n] for n in fitted.values if n in fitted.task.values}
-    return [({**fitted.values, **given}, {}), taken_over(fitted, spec)]
+    return [({**fitted.values, **given}, {}), replaced]
 
 
 def best_refit(
@@ -319,12 +326,17 @@ def significant_nuisances(
     form = np.sqrt(np.maximum(fitted.task.discrepancy**2, of_effects))
     least = np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, form)
     for spec in fitted.effects:
+        if sizes_as(effect_of(spec), "per run") and spec not in fitted.released:
+            continue  # the zeros of runs: only one that moves within a run is an effect
         if spec not in specs or float(fitted.share_of(spec).max()) < NUISANCE_SPREAD_SHARE:
+            continue
+        replaced = without(fitted, spec)  # its place taken by the other parameters: a refit leaves no more
+        if (_removed(replaced, fitted) <= least).all():
             continue
         less = refit_without(fitted, spec, nuisances)
         if not (_removed(less, fitted) > least).any():
             continue
-        for start in other_starts(fitted, spec):
+        for start in other_starts(fitted, (replaced.values, replaced.per_run)):
             with suppress(InputError):  # the model cannot run there
                 less = min(less, refit_without(fitted, spec, nuisances, start), key=lambda f: f.cost)
         removed = _removed(less, fitted)
@@ -347,9 +359,10 @@ def corrects_model_form(spec: str, share: float, task: Task, spread: FloatArray)
     spread : ndarray, shape (channels,)
     """
     on_reference = float(np.max(task.reference_removal.get(spec, np.zeros(1)) / np.maximum(spread, 1e-300)))
-    if about(spec).after_reversal:
-        return share <= max(SHAPE_SPREAD_SHARE, on_reference)
-    return share <= REFERENCE_RATIO * on_reference
+    if about(spec).after_reversal and not task.reference_removal:
+        return share <= SHAPE_SPREAD_SHARE
+    least = REFERENCED_SHAPE_SPREAD_SHARE if about(spec).after_reversal else 0.0
+    return share <= max(least, REFERENCE_RATIO * on_reference)
 
 
 class RemovedOnReference(Mapping[str, FloatArray]):

@@ -122,6 +122,8 @@ def _lacks(base: Kernel, module: ModuleType, drives: Sequence[Drive]) -> str:
     signals, given = set(module.Inputs._fields) - set(module.ABOUT.optional), {d.signal for d in drives}
     if "load" in signals and not base.roles.load and "load" not in given:
         return "a load or a tension"
+    if adds_load(module) and not base.roles.drive:
+        return "a torque or a tension at the drive's side"
     if adds_load(module) and not given and load_unit(base, ()) != friction_unit(base):
         return f"a load in {friction_unit(base)}, the unit of the friction"
     if "bend" in signals and "bend" not in given:

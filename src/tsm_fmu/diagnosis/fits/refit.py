@@ -19,7 +19,7 @@ from ...regression.problem import FitRun, Problem
 from ...regression.sensitivity import sensitivity_scales
 from ...regression.specification import per_run_fields, search_space
 from ...regression.uncertainty import autocorrelation_time
-from ..criteria import EFFECT_SPREAD_SHARE, REMEMBERED_SHARE
+from ..criteria import REMEMBERED_SHARE
 
 STEPS = 15
 """Steps of one refit at most."""
@@ -135,8 +135,9 @@ def effective_samples(residuals: Sequence[FloatArray]) -> FloatArray:
 
 
 def rms(residuals: Sequence[FloatArray]) -> FloatArray:
-    """Root mean square over the samples of all runs, by channel."""
-    return np.sqrt(np.mean(np.concatenate(list(residuals)) ** 2, axis=0))
+    """Root mean square over the samples of all runs, by channel; infinite where they are too large to be squared."""
+    with np.errstate(over="ignore"):
+        return np.sqrt(np.mean(np.concatenate(list(residuals)) ** 2, axis=0))
 
 
 @dataclass(frozen=True)
@@ -164,9 +165,6 @@ class Task:
     discrepancy : ndarray, shape (channels,)
         Model discrepancy: gap of the refitted model on reference runs [RMS], or the noise of a channel's steps if that
         is more; zero without either. An effect that removes no more than that corrects the form of the model.
-    form_share : float
-        RMS, as a part of a channel's spread, below which an effect may correct the form of the model; less beside
-        reference runs, since what it gains there is not counted.
     gap : ndarray, shape (channels,)
         What the refitted baseline leaves [RMS]; zero until it is known.
     reference_removal : mapping of str to ndarray, shape (channels,)
@@ -185,7 +183,6 @@ class Task:
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     pooling: Mapping[str, float] = field(default_factory=dict)
     discrepancy: FloatArray = field(default_factory=lambda: np.zeros(1))
-    form_share: float = EFFECT_SPREAD_SHARE
     gap: FloatArray = field(default_factory=lambda: np.zeros(1))
     reference_removal: Mapping[str, FloatArray] = field(default_factory=dict)
     drives: tuple[Drive, ...] = ()

@@ -27,7 +27,7 @@ SHAPES = 7
 """Shapes tried for each shape parameter of an effect."""
 PROPORTIONAL = 1e-9
 """A response off by no more, over its largest value, grows with its size."""
-EVENLY: tuple[Scale, ...] = ("position", "angle")
+EVENLY: tuple[Scale, ...] = ("position", "angle", "share")
 """Scales over which shapes are spread evenly, and not over the logarithm."""
 
 
@@ -263,7 +263,7 @@ class _Extent:
 
     def limits(self, shape: Shape) -> tuple[float, float] | None:
         """Range that a refit may use; None for that of the declaration."""
-        if shape.scale in ("angle", "number"):
+        if shape.scale in ("angle", "share", "number"):
             return None
         lo, hi = self.at_quantile(shape, 0.0), self.at_quantile(shape, 1.0)
         if shape.scale == "turns":

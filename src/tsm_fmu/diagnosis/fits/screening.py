@@ -26,6 +26,9 @@ from .response import Responses, public
 
 ROWS = 3000
 """Samples of all runs together that the linear step looks at."""
+UNREACHED = 1e-6
+"""Part of the residual's size that the response to the largest step makes at least: what does less, as a layer behind
+the end of the motion, would need sizes without bounds."""
 DAMPING = 1e-4
 """Keeps a response small of which nearly all is imitated by the baseline: the linear step must not lead far away."""
 
@@ -103,7 +106,8 @@ class _Bench:
         """Log of the mean square left over that without the effect, and the amounts of its size parameters."""
         outside = self.responses.outside(columns)
         scale, whole = np.linalg.norm(outside, axis=0), np.linalg.norm(columns, axis=0)
-        shows = scale > IMITATED_SHARE * np.where(whole > 0.0, whole, np.inf)
+        reaches = whole > UNREACHED * np.linalg.norm(self.residual)
+        shows = scale > IMITATED_SHARE * np.where(reaches, whole, np.inf)
         used = outside / np.where(shows, scale, np.inf)
         signed = {v.name: v.quantity.lo < 0.0 for v in effect.parameters}
         owner = [(i, sign) for i, n in enumerate(sizes) for sign in ((1.0, -1.0) if signed[n] else (1.0,))]

@@ -19,8 +19,8 @@ INDEPENDENT = 1e-8
 """Singular values of the slopes, each of unit length, below this part of the largest say nothing."""
 
 
-def taken_over(fitted: Fitted, spec: str) -> Place:
-    """Values at which the other parameters do, to first order, what an effect does.
+def without(fitted: Fitted, spec: str) -> Fitted:
+    """A fit with an effect at neutral and the other parameters where they, to first order, do what it does.
 
     An offset of a channel beside a zero of the model may be any number, and the zero the same with the other sign. A
     descent from such a zero, the offset gone, first mends it by whatever is at hand, and may stay there.
@@ -34,16 +34,15 @@ def taken_over(fitted: Fitted, spec: str) -> Place:
     one = attach(kernel(fitted.model), spec)
     own = [one.prefix + v.field for v in Kernel(one.module).parameters]
     problem = fitted.problem.over(fitted.problem.space.fixing(own))
-    without = fitted.table.copy()
-    without[:, [problem.fields.index(f) for f in own]] = flat(one.module.NEUTRAL)
-    done = np.concatenate(problem.gaps(without)) - np.concatenate(fitted.residuals)
-    slopes = output_jacobian(problem, without, problem.weights)
+    table = fitted.table.copy()
+    table[:, [problem.fields.index(f) for f in own]] = flat(one.module.NEUTRAL)
+    done = np.concatenate(problem.gaps(table)) - np.concatenate(fitted.residuals)
+    slopes = output_jacobian(problem, table, problem.weights)
     length = np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
     if np.isfinite(done).all():
         moves = np.linalg.lstsq(slopes / length, (done * problem.weights).ravel(), rcond=INDEPENDENT)[0] / length
-        without = _moved(fitted, problem.space.free, without, moves)
-    at = Fitted(fitted.task, fitted.effects, problem, without, fitted.released)
-    return at.values, at.per_run
+        table = _moved(fitted, problem.space.free, table, moves)
+    return Fitted(fitted.task, fitted.effects, problem, table, fitted.released)
 
 
 def _moved(fitted: Fitted, free: tuple[str, ...], table: FloatArray, moves: FloatArray) -> FloatArray:
