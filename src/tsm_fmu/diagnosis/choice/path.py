@@ -26,7 +26,6 @@ from ..criteria import (
 )
 from ..fits.nuisance import FIRST_STEPS, begun_with
 from ..fits.refit import Fitted, Task, refit
-from ..fits.response import places_of
 from ..fits.screening import Screened, screen
 from .baselines import refitted_model
 from .hypotheses import shortlist
@@ -175,8 +174,7 @@ def _next(model: Kernel, at: Stop) -> Stop | None:
     """The best step on: the effect, or choice of the model, that gains most on runs left out, for its parameters."""
     fitted = at.fitted
     counted = np.ones(len(fitted.rmse), bool)
-    travel = max(float(np.ptp(c.x)) for c in places_of(fitted))
-    places = [c for c in candidate_places(model, fitted, travel) if c.spec not in fitted.effects]
+    places = [c for c in candidate_places(model, fitted) if c.spec not in fitted.effects]
     screened = shortlist(screen(fitted, places, counted), BEGUN_CANDIDATES)
 
     def begun(s: Screened) -> tuple[str, Fitted] | None:

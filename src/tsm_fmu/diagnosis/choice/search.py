@@ -15,7 +15,6 @@ from ..criteria import CLEAN_EFFECT_SPREAD_SHARE, FURTHER_CANDIDATES, MOST_EFFEC
 from ..fits.nuisance import Start
 from ..fits.placing import possible
 from ..fits.refit import Fitted
-from ..fits.response import places_of
 from ..fits.screening import Screened, screen
 from ..runs.drivers import drives_of
 from .baselines import Baselines
@@ -74,8 +73,8 @@ class Search:
         effect: they may have taken what a candidate explains.
         """
         fitted, model = base.fitted, self.baselines.refitted.fitted
-        counted, travel = np.ones(len(fitted.rmse), bool), max(float(np.ptp(c.x)) for c in places_of(model))
-        places = [c for c in candidate_places(self.model, fitted, travel) if not model.has(c.module.NAME)]
+        counted = np.ones(len(fitted.rmse), bool)
+        places = [c for c in candidate_places(self.model, fitted) if not model.has(c.module.NAME)]
         screened, starts = screen(fitted, places, counted, self.progress), {}
         before = base.fit_without_nuisances if base.added else model
         if before is not fitted:
@@ -118,7 +117,7 @@ class Search:
         return not winner.has_large_nuisance and not left.any()
 
 
-def candidate_places(model: Kernel, fitted: Fitted, travel: float = np.inf) -> list[Attached]:
+def candidate_places(model: Kernel, fitted: Fitted) -> list[Attached]:
     """Every effect at every place that a fit has not; a nuisance offset that is there can be released to drift.
 
     Parameters
@@ -126,12 +125,10 @@ def candidate_places(model: Kernel, fitted: Fitted, travel: float = np.inf) -> l
     model : Kernel
         With the inputs of the runs.
     fitted : Fitted
-    travel : float
-        Longest stroke of the runs, in the unit of the motion.
     """
     attached = tuple(getattr(model.module, "EFFECTS", ()))
     return [
-        c for c in possible(model.name, fitted.problem.channels, attached, drives_of(model), travel)
+        c for c in possible(model.name, fitted.problem.channels, attached, drives_of(model))
         if c.spec not in fitted.effects or (sizes_as(c.module, "zero") and c.spec not in fitted.released)
     ]  # fmt: skip
 

@@ -9,7 +9,7 @@ from types import ModuleType
 
 import numpy as np
 
-from ...effects import EFFECTS, id_of, shapes_of
+from ...effects import EFFECTS, id_of
 from ...effects.coordinates import Motion
 from ...kernels.attached import Attached
 from ...kernels.chain import attach
@@ -24,7 +24,7 @@ MOTION_UNITS = ("rad", "m")
 
 
 def possible(
-    model: str, channels: Sequence[str], attached: Sequence[str], drives: Sequence[Drive] = (), travel: float = np.inf
+    model: str, channels: Sequence[str], attached: Sequence[str], drives: Sequence[Drive] = ()
 ) -> list[Attached]:
     """Every effect at every place of the model where it can be seen in the channels.
 
@@ -37,15 +37,9 @@ def possible(
         Effects that are there already.
     drives : sequence of Drive
         Columns that may drive effects.
-    travel : float
-        Longest stroke of the runs, in the unit of the motion: an effect of a drum whose size is not searched fits any
-        law of the position below `least_stroke`.
     """
     base, found = kernel(model), []
     for module in EFFECTS:
-        sized = any(shape.scale == "turns" for shape in shapes_of(module).values())
-        if not sized and travel < least_stroke(module):
-            continue
         if module.ABOUT.role != "read" and not _lacks(base, module, drives):
             places = places_of_effect(base, module, channels, drives)
             found += [one for one in places if one.spec not in attached]
