@@ -94,6 +94,10 @@ def test_names_bring_their_family_and_what_has_none_its_best_evidence() -> None:
     near = (FamilyShare("load", "F", 0.61), FamilyShare("position", "F", 0.6), FamilyShare("time", "F", 0.5))
     assert families_of("unknown", (), (), near, "F") == ("load", "position")
     assert families_of("none", (), (), seen, "F") == ()
+    # what comes closest, beside what the residual says
+    assert families_of("unknown", (), (), seen, "F", ("inertia", "wear@x_out")) == ("time", "acceleration")
+    assert families_of("unknown", (), (), (), "F", ("bend_angle",)) == ("load",)
+    assert families_of("parameters", (), (), (), "F", ("bend_angle",)) == ()
 
 
 def test_the_answer_says_the_family() -> None:

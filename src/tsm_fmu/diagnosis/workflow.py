@@ -31,7 +31,7 @@ from .choice.path import way_to_a_better_model
 from .choice.search import Search, candidate_places
 from .choice.selection import Selection, select
 from .choice.visibility import unexcited
-from .criteria import CLEAN_EFFECT_SPREAD_SHARE, NOTABLE_RATIO, PRESLIDING_STROKE_SHARE
+from .criteria import CLEAN_EFFECT_SPREAD_SHARE, NOTABLE_RATIO, PRESLIDING_STROKE_SHARE, STRONGEST_RATIO
 from .evidence import Candidate, Gap, Gate, NextMotion, RunComparison
 from .fits.placing import not_applicable
 from .fits.ranges import level_ranges
@@ -291,11 +291,18 @@ def _described(
     evidence = family_evidence(before.refitted.fitted, runs.measured) if missing else ()
     channel = leading_channel(diagnosis) or ""
     equivalent = [e for ids in diagnosis.equivalent for e in ids]
-    families = families_of(verdict.word, verdict.effects, equivalent, evidence, channel)
+    families = families_of(verdict.word, verdict.effects, equivalent, evidence, channel, _closest(found))
     if "position" in families:
         shapes = with_position_law(tuple(shapes), stages[stage], channel, seed)
     diagnosis = replace(diagnosis, family=families, family_evidence=evidence, shapes=shapes)
     return replace(diagnosis, answer=answer(diagnosis))
+
+
+def _closest(found: Investigation) -> tuple[str, ...]:
+    """Effects of the best hypothesis, where it closes as much of a channel as a named effect must."""
+    best, refitted = found.selection.choice.best, found.selection.baselines.refitted
+    closes = best.measured < (1.0 - STRONGEST_RATIO) * refitted.measured
+    return best.effects if closes.any() else ()
 
 
 def _answered(found: Investigation) -> tuple[str, ...]:

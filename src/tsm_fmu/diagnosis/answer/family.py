@@ -42,12 +42,14 @@ def family_evidence(fitted: Fitted, runs: Sequence[FitRun]) -> tuple[FamilyShare
 
 
 def families_of(
-    verdict: str, effects: Sequence[str], equivalent: Sequence[str], evidence: Sequence[FamilyShare], channel: str
-) -> tuple[Family, ...]:
+    verdict: str, effects: Sequence[str], equivalent: Sequence[str], evidence: Sequence[FamilyShare], channel: str,
+    closest: Sequence[str] = (),
+) -> tuple[Family, ...]:  # fmt: skip
     """Families of what is missing, most telling first; empty where nothing is, or nothing can be said.
 
     Of named effects and of those that cannot be told apart it is what their files say; of an unknown one the family
-    whose laws predict most of the residual, and those whose laws predict nearly as much.
+    whose laws predict most of the residual, those whose laws predict nearly as much, and those of the effects that come
+    closest, refitted with the model: what follows a parameter of the model the residual alone may not show.
 
     Parameters
     ----------
@@ -58,8 +60,12 @@ def families_of(
         Most first.
     channel : str
         The one that the answer is about.
+    closest : sequence of str
+        Effects that close much of an unknown gap.
     """
     if effects or equivalent:
         return tuple(dict.fromkeys(about(spec).family for spec in (*effects, *equivalent)))
     shown = [e for e in evidence if e.channel == channel and e.share > FAMILY_SHARE] if verdict == "unknown" else []
-    return tuple(e.family for e in shown if e.share >= FAMILY_TIE_SHARE * shown[0].share)
+    of_residual = [e.family for e in shown if e.share >= FAMILY_TIE_SHARE * shown[0].share]
+    of_effects = [about(spec).family for spec in closest] if verdict == "unknown" else []
+    return tuple(dict.fromkeys((*of_residual, *of_effects)))
