@@ -1,9 +1,12 @@
 """Reversals that the samples do not resolve: found where a finer simulation disagrees, and only there."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from tsm_fmu.diagnosis.runs.unresolved import unresolved, without_unresolved
+from tsm_fmu.diagnosis.evidence import RunComparison
+from tsm_fmu.diagnosis.runs.unresolved import unresolved, unresolved_notes, without_unresolved
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun, Problem
 from tsm_fmu.regression.specification import search_space
@@ -89,3 +92,20 @@ def test_what_is_not_compared_makes_no_residual_however_a_run_is_cut():
         if not cut.lead_time.size:
             kept = ~cut.unresolved
             np.testing.assert_array_equal(gap[kept], whole.gaps(whole.start())[0][kept])
+
+
+def test_what_is_not_compared_is_said_and_no_error_of_an_fmu_either():
+    x, truth, _ = sampled(40.0, 0.004)
+    time, model = np.arange(x.size) / 40.0, kernel("TendonDrive")
+    run = without_unresolved(
+        model, FitRun("r", time, np.column_stack([x, 0.0 * x]), np.column_stack([0.97 * x, 0.013 * truth]))
+    )
+    share = 100.0 * run.unresolved[:, 1].mean()
+    (said,) = unresolved_notes([run], ("x_out", "tau_in"))
+    assert said.startswith(f"{share:.2g} % of the samples of tau_in are reversals that these samples")
+    assert list(unresolved_notes([FitRun("r", time, run.inputs, run.targets)], ("x_out", "tau_in"))) == []
+    record = SimpleNamespace()
+    one = RunComparison(record, time, run.targets, {}, x, {}, run.unresolved)
+    error = one.error(run.targets + 1.0)
+    np.testing.assert_array_equal(error, np.where(run.unresolved, 0.0, run.targets - (run.targets + 1.0)))
+    assert (RunComparison(record, time, run.targets, {}, x, {}).error(run.targets) == 0.0).all()

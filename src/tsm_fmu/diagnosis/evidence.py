@@ -8,9 +8,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from ..effects import id_of
 from ..effects.about import Family
-from ..kernels.arrays import FloatArray
+from ..kernels.arrays import BoolArray, FloatArray
 from ..logs.record import Record
 
 
@@ -343,6 +345,8 @@ class RunComparison:
         The position or speed that drives the model.
     per_run : mapping of str to float
         Parameters, by public name, of which this run has values of its own in the final model.
+    unresolved : ndarray of bool, shape (n, channels)
+        Values that are not compared; empty where all are.
     """
 
     record: Record
@@ -351,6 +355,12 @@ class RunComparison:
     simulated: Mapping[str, FloatArray]
     motion: FloatArray | None
     per_run: Mapping[str, float]
+    unresolved: BoolArray = field(default_factory=lambda: np.empty((0, 0), bool))
+
+    def error(self, simulated: FloatArray) -> FloatArray:
+        """Measured minus simulated, shape (n, channels), nought where it is not compared."""
+        difference = self.measured - simulated
+        return np.where(self.unresolved, 0.0, difference) if self.unresolved.size else difference
 
 
 @dataclass(frozen=True)

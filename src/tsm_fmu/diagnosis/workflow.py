@@ -45,6 +45,7 @@ from .runs.motion_signals import coordinate_units
 from .runs.prepared import PreparedRuns, prepared
 from .runs.rest import with_quiet_rests
 from .runs.thinning import thinned_for_search
+from .runs.unresolved import unresolved_notes
 
 Progress = Callable[[str], None]
 
@@ -285,7 +286,10 @@ def _described(
         model=card_of(verdict.final, used, preset, seed), next_motion=_next_motion(found, candidates), gate=checked,
         runs=_comparisons(found, measured), compared_from=_compared_from(runs), motion=runs.model.motion,
         motion_unit=coordinate_units(runs.model)[0],
-        notes=(*bounds, *verdict.notes, *runs.notes, *beginning_note([*runs.measured, *runs.holdout])),
+        notes=(
+            *bounds, *verdict.notes, *runs.notes, *beginning_note([*runs.measured, *runs.holdout]),
+            *unresolved_notes([*runs.measured, *runs.holdout], runs.channels),
+        ),
         records=records, preset=preset, seed=seed,
     )  # fmt: skip
     evidence = family_evidence(before.refitted.fitted, runs.measured) if missing else ()
@@ -340,12 +344,13 @@ def _comparisons(found: Investigation, measured: Sequence[Record]) -> tuple[RunC
     """Each measured run beside its simulations, with all its samples."""
     runs, names = found.runs.measured, [v.name for v in found.runs.model.inputs]
     motion = found.runs.model.motion
-    residuals = {name: fitted.at(runs).residuals for name, fitted in found.stages.items()}
+    whole = [replace(run, unresolved=np.empty((0, 0), bool)) for run in runs]
+    residuals = {name: fitted.at(whole).residuals for name, fitted in found.stages.items()}
     per_run = per_run_values(found.verdict.final)
     return tuple(
         RunComparison(
             record, run.time, run.targets, {name: run.targets - r[k] for name, r in residuals.items()},
-            run.inputs[:, names.index(motion)] if motion else None, per_run[k],
+            run.inputs[:, names.index(motion)] if motion else None, per_run[k], run.unresolved,
         )
         for k, (record, run) in enumerate(zip(measured, runs, strict=True))
     )  # fmt: skip

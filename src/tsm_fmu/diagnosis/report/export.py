@@ -49,8 +49,8 @@ def export_answer(folder: Path, found: Diagnosis) -> tuple[Path, dict[str, float
         rows += run.record.time.size
         columns = replay(fmu, run.record, parameters=_parameters(card, run.per_run)).columns
         simulated = np.column_stack([columns[channel] for channel in found.channels])
-        replayed.append(run.measured - simulated[-run.time.size :])
-        expected.append(run.measured - run.simulated["final"])
+        replayed.append(run.error(simulated[-run.time.size :]))
+        expected.append(run.error(run.simulated["final"]))
     there, here = (np.sqrt(np.mean(np.concatenate(errors) ** 2, axis=0)) for errors in (replayed, expected))
     if not np.allclose(there, here, rtol=1e-6, atol=1e-12):
         raise RuntimeError(f"the FMU's gap {there} is not the diagnosis' {here}")

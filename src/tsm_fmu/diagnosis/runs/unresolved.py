@@ -7,6 +7,7 @@ log says: differences as large as the friction itself, and no fault of the model
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -66,3 +67,15 @@ def unresolved(x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
     bad = error > UNRESOLVED_SPREAD_SHARE * float(np.std(y))
     samples = np.append(bad, False) | np.append(False, bad)
     return np.asarray(binary_dilation(samples, np.ones(3, bool)), bool)
+
+
+def unresolved_notes(runs: Sequence[FitRun], channels: Sequence[str]) -> Iterator[str]:
+    """What a user should know of it, a sentence for each channel that has such values."""
+    for c, channel in enumerate(channels):
+        count = sum(int(run.unresolved[:, c].sum()) for run in runs if run.unresolved.size)
+        if count:
+            share = 100.0 * count / sum(run.time.size for run in runs)
+            yield (
+                f"{share:.2g} % of the samples of {channel} are reversals that these samples, or the steps of the "
+                "position, do not resolve: they are simulated and not compared"
+            )
