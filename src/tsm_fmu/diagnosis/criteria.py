@@ -196,6 +196,9 @@ gap."""
 REFERENCE_RATIO = 1.3
 """A gap within this factor of that on reference runs is the form of the model, and so is what an effect removes."""
 
+MISLEADING_RATIO = 1.5
+"""Error on held-out runs over that of the refitted model beyond which the effects of an answer mislead."""
+
 GAP_FLOOR_SHARE = 0.02
 """Mean square above the floor, as a part of the floor's, from which on there is a gap to close."""
 

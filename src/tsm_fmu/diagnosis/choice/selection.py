@@ -10,7 +10,8 @@ import numpy as np
 from ...effects import about, place_of
 from ...regression.problem import FitRun
 from ...regression.threads import together
-from ..criteria import FOLDED_HYPOTHESES, MOST_EFFECTS
+from ..criteria import EFFECT_SPREAD_SHARE, FOLDED_HYPOTHESES, MISLEADING_RATIO, MOST_EFFECTS
+from ..fits.refit import rms
 from .baselines import Baselines
 from .explained import of_explained_channels
 from .floors import Floors, floors_of
@@ -74,13 +75,26 @@ def select(
             choice = fewer
     if len(choice.winner.effects) > MOST_EFFECTS:  # its nuisance effects counted: some sum of so many closes any gap
         floors = replace(floors, unexplained=np.ones_like(floors.open_))
-    if any(_any_law_of_a_coordinate(h.effects) for h in choice.supported):
+    misleads = holdout and _predicts_worse(choice.winner, baselines.refitted, holdout)
+    if misleads or any(_any_law_of_a_coordinate(h.effects) for h in choice.supported):
         floors = replace(floors, unexplained=np.ones_like(floors.open_))
     if floors.unexplained.any():
         explained = ~(floors.open_ | floors.unexplained)
         part = of_explained_channels(choice, baselines.refitted, explained, found, holdout)
         choice, floors = part or choice, replace(floors, in_part=part is not None)
     return Selection(baselines, tuple(found), choice, floors)
+
+
+def _predicts_worse(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:
+    """Whether effects, as the measured runs have them, predict held-out runs far worse than the model without them.
+
+    Values may move there, but a law that has to move to be of use is no finding.
+    """
+    if not one.effects:
+        return False
+    after, before = (rms(h.fitted.held_out_errors(holdout)) for h in (one, refitted))
+    spread = one.fitted.spread
+    return bool((after > np.maximum(MISLEADING_RATIO * before, EFFECT_SPREAD_SHARE * spread)).any())
 
 
 def _any_law_of_a_coordinate(effects: Sequence[str]) -> bool:

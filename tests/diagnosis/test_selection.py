@@ -1,0 +1,49 @@
+"""Answers that no effect is named of, whatever it leaves: laws that mislead, and sums of laws of one coordinate."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tsm_fmu.diagnosis.choice.selection import _any_law_of_a_coordinate, _predicts_worse
+
+
+def leaves(held_out: list[float], effects: tuple[str, ...] = ("inertia",)) -> Any:
+    errors = [np.tile(held_out, (7, 1)), -np.tile(held_out, (5, 1))]
+    fitted = SimpleNamespace(spread=np.array([2.0, 0.3]), held_out_errors=lambda _: errors)
+    return SimpleNamespace(effects=effects, fitted=fitted)
+
+
+@pytest.mark.parametrize(
+    ("after", "misleads"),
+    [
+        ([0.2, 0.012], False), ([0.148, 0.0119], False), ([0.152, 0.0119], True),
+        ([0.1, 0.0151], True), ([0.1, 0.0149], False),
+        ([0.02, 0.003], False),
+    ],
+)  # fmt: skip
+def test_effects_with_which_held_out_runs_are_predicted_far_worse_mislead(after: list[float], misleads: bool) -> None:
+    """By half more than without them, in any channel, and by more than what is a gap: 1.2 % of the spread."""
+    before = leaves([0.1 if after[0] != 0.2 else 0.19, 0.01], ())
+    assert _predicts_worse(leaves(after), before, [object()]) is misleads  # pyright: ignore[reportArgumentType]
+    assert not _predicts_worse(leaves(after, ()), before, [object()])  # pyright: ignore[reportArgumentType]
+
+
+def test_a_small_error_that_doubles_misleads_nobody() -> None:
+    assert not _predicts_worse(leaves([0.023, 0.0035]), leaves([0.01, 0.001], ()), [object()])  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(
+    ("effects", "any_law"),
+    [
+        (("stiffness_hardening", "drum_periodic"), True), (("thermal", "offset_drift"), True),
+        (("stiffness_hardening@x_out", "drum_periodic"), False), (("thermal", "drum_periodic"), False),
+        (("tendon_elasticity@x_out", "slack@x_out"), False), (("wear~x[m]",), False), ((), False),
+        (("inertia", "wear~x[m]", "thermal"), True),
+    ],
+)  # fmt: skip
+def test_two_laws_of_one_coordinate_at_one_place_are_any_law_of_it(effects: tuple[str, ...], any_law: bool) -> None:
+    assert _any_law_of_a_coordinate(effects) is any_law
