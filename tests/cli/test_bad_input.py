@@ -53,7 +53,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write(place / "no_out.csv", "time [s],x_in [rad]", t, x)
     write(place / "friction.csv", "time [s],x [rad],tau_in [N.m],tau_load [N.m]", t, x, y, y)
     write(place / "angle.csv", "time [s],x_in [rad],tau_out [N.m],tau_in [N.m],Theta [mm]", t, x, y, y, 9.0 * x)
-    write(place / "gap.csv", "time [s],x [rad],tau_in [N.m],tau_load [N.m]", np.where(t > 3.0, t - 0.0065, t), x, y, y)
     rows = (place / "ok.csv").read_text().splitlines()
     (place / "back.csv").write_text("\n".join([*rows[:50], rows[20], *rows[50:]]))
     (place / "nan.csv").write_text("\n".join([*rows[:50], "0.485,nan,0.1", *rows[50:]]))
@@ -115,7 +114,6 @@ CASES = [
     ("check nan.csv", "NaN or empty cell in row 51, column 'x_in'"),
     ("check one.csv", "one.csv has 1 samples -- expected 2 or more"),
     ("check huge.csv", "column 'x_in' (t = 0.01 s) -- expected a size up to 1e+100"),
-    ("simulate PairedTsmFriction --out s.csv --input gap.csv", "interval of 0.0035 s between rows 302 and 303"),
     (f"{' '.join(PLAY)} in_mm.csv", "in_mm.csv: channel 'x_in' in m -- expected a unit such as rad"),
     (f"{' '.join(PLAY)} out_mm.csv", "out_mm.csv: channel 'x_out' in m -- expected a unit such as rad"),
     (f"{' '.join(FIT)} five.csv", "5 measured values in five for 5 free parameters"),

@@ -27,7 +27,7 @@ def made(
     """What leaves ``rmse`` (of the spread) on one channel; ``added`` are ids with blanks between."""
     fitted: Any = SimpleNamespace(
         spread=np.array([unit]), rmse=np.array([rmse * unit]), effects=(*added.split(), *(nuisance_specs or ())),
-        problem=SimpleNamespace(shared=tuple(range(parameters))),
+        problem=SimpleNamespace(shared=tuple(range(parameters)), per_run=(), declared={}, runs=[None]),
         task=SimpleNamespace(
             discrepancy=np.array([discrepancy * unit]),
             reference_removal={"delay@F": np.zeros(1)} if referenced else {}, limits={}, gap=np.zeros(1),

@@ -67,7 +67,7 @@ def test_a_run_leaves_them_out_unless_that_is_most_of_it(rate, some):
     targets = np.column_stack([0.97 * x, truth])
     model = kernel("TendonDrive")
     run = FitRun("r", time, np.column_stack([x, 0.0 * x]), targets)
-    found = without_unresolved(model, run)
+    found = without_unresolved(model, run, ("x_out", "tau_in"))
     if not some:
         assert not found.unresolved.size
         return
@@ -79,7 +79,9 @@ def test_what_is_not_compared_makes_no_residual_however_a_run_is_cut():
     x, truth, _ = sampled(40.0, 0.004)
     time, model = np.arange(x.size) / 40.0, kernel("TendonDrive")
     run = without_unresolved(
-        model, FitRun("r", time, np.column_stack([x, 0.0 * x]), np.column_stack([0.97 * x, 0.013 * truth]))
+        model,
+        FitRun("r", time, np.column_stack([x, 0.0 * x]), np.column_stack([0.97 * x, 0.013 * truth])),
+        ("x_out", "tau_in"),
     )
     for cut in (run, run.every(3), run.compared_from(111), run.only(time > 7.3)):
         problem = Problem(model, [cut], ("x_out", "tau_in"), search_space(model, "published", {}))
@@ -98,7 +100,9 @@ def test_what_is_not_compared_is_said_and_no_error_of_an_fmu_either():
     x, truth, _ = sampled(40.0, 0.004)
     time, model = np.arange(x.size) / 40.0, kernel("TendonDrive")
     run = without_unresolved(
-        model, FitRun("r", time, np.column_stack([x, 0.0 * x]), np.column_stack([0.97 * x, 0.013 * truth]))
+        model,
+        FitRun("r", time, np.column_stack([x, 0.0 * x]), np.column_stack([0.97 * x, 0.013 * truth])),
+        ("x_out", "tau_in"),
     )
     share = 100.0 * run.unresolved[:, 1].mean()
     (said,) = unresolved_notes([run], ("x_out", "tau_in"))

@@ -198,7 +198,7 @@ def task_of(runs: PreparedRuns, values: Mapping[str, float], preset: str | None,
     """What stays the same in every refit."""
     stroke = runs.stroke
     return Task(
-        runs.model.name, thinned_for_search(runs.model, runs.measured), runs.channels,
+        runs.model.name, thinned_for_search(runs.model, runs.measured, runs.channels), runs.channels,
         {"motion.x_pre": PRESLIDING_STROKE_SHARE[1] * stroke, **values}, preset, tuple(fixed),
         limits={
             "motion.x_pre": (PRESLIDING_STROKE_SHARE[0] * stroke, PRESLIDING_STROKE_SHARE[2] * stroke),
@@ -224,7 +224,9 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
     SearchInterrupted
         Ctrl-C after the baselines were fitted.
     """
-    holdout, references = thinned_for_search(runs.model, runs.holdout), thinned_for_search(runs.model, runs.reference)
+    holdout, references = (
+        thinned_for_search(runs.model, group, runs.channels) for group in (runs.holdout, runs.reference)
+    )
     fitted = baselines(task, runs.effects, runs.measured, references, holdout, progress)
     try:
         hypotheses = Search(runs.model, fitted, holdout, progress).hypotheses()

@@ -15,6 +15,8 @@ from .problem import FitRun, Problem
 from .sensitivity import sensitivity_scales
 from .uncertainty import autocorrelation_time
 
+TELLING_DEVIANCE = 8.0
+"""Twice a difference of log likelihoods beyond which values of a run are no chance, which makes that in one of 200."""
 SETTLING = 2.0
 """Seconds of a held-out run that give its per-run parameters (initial state, offset) and are not scored."""
 
@@ -64,7 +66,19 @@ def settled(problem: Problem, table: FloatArray, run: FitRun, fields: Collection
     scales, error = sensitivity_scales(replace(problem, runs=[run], space=space)), _error(problem, table)
     pooling = {f: error / scales[f] for f in free}
     single = replace(problem, runs=[start], space=space, pooling=pooling, centres=means)
-    return Descent().refined(single, single.start())[0]
+    found = Descent().refined(single, single.start())
+    return found[0] if _tells(single, single.start(), found) else single.start()[0]
+
+
+def _tells(problem: Problem, start: FloatArray, found: FloatArray) -> bool:
+    """Whether the samples of a run tell its own values from the mean ones, beyond what chance makes of the mean square.
+
+    Of an offset beside a state at the start a few samples hold the sum alone: either could run away.
+    """
+    before, after = (problem.gaps(table)[0] * problem.weights for table in (start, found))
+    independent = sum(len(r) / autocorrelation_time(r) for r in after.T)
+    gained, left = float(np.sum(before**2) - np.sum(after**2)), float(np.sum(after**2))
+    return not gained <= TELLING_DEVIANCE * left / max(independent, 1.0)
 
 
 def _error(problem: Problem, table: FloatArray) -> float:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...effects import looks_like, prefix_of, starts_of
+from ...effects import effect_of, looks_like, prefix_of, starts_of
 from ...kernels.arrays import FloatArray
 from ...models.contract import InputError
 from ...regression.held_out import SETTLING
@@ -133,6 +133,18 @@ class Hypothesis:
     def effects(self) -> tuple[str, ...]:
         """All that this hypothesis says is missing."""
         return (*(s for s in self.added if s not in self.form_corrections), *self.significant)
+
+    @property
+    def values_of_runs(self) -> int:
+        """Values that its effects have of each run: states at the start."""
+        starts = [f"{prefix_of(spec)}{name}" for spec in self.added for name in starts_of(effect_of(spec))]
+        used = {self.fitted.problem.declared[f].name for f in self.fitted.problem.per_run} if starts else set[str]()
+        return len(used.intersection(starts)) * len(self.fitted.problem.runs)
+
+    @property
+    def parameter_count(self) -> int:
+        """Free parameters with one value for all runs, and `values_of_runs`."""
+        return len(self.fitted.problem.shared) + self.values_of_runs
 
     def parameters(self, spec: str) -> dict[str, float]:
         """Values of an effect's own parameters."""

@@ -76,11 +76,14 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
     alike = [h for h in near if indistinguishable(h, best_without, refitted, hypotheses)]
     fewest = min(len(h.effects) for h in alike)
     # what corrects the form in vain is left out: of those that say the same the one without comes first
-    supported = sorted(
-        (h for h in alike if len(h.effects) == fewest),
-        key=lambda h: (sum(spec in h.form_corrections for spec in h.added), log_residual(h)),
+    supported = tuple(
+        sorted(
+            (h for h in alike if len(h.effects) == fewest),
+            key=lambda h: (sum(spec in h.form_corrections for spec in h.added), log_residual(h)),
+        )
     )
-    return Choice(best, tuple(h for h in supported if not any(dominated(h, other) for other in supported)))
+    simpler = [h for h in hypotheses if len(h.effects) <= fewest]  # also one that lacks a correction of the form
+    return Choice(best, tuple(h for h in supported if not any(dominated(h, other) for other in simpler)) or supported)
 
 
 def _predicts_worse(one: Hypothesis, less: Hypothesis) -> bool:
@@ -111,9 +114,10 @@ def without_corrections(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> H
 def dominated(one: Hypothesis, other: Hypothesis) -> bool:
     """Whether another hypothesis leaves no more with fewer parameters, but for what noise and rounding make of it.
 
-    Of two effects that hide behind each other the number of parameters does not tell which is there.
+    Of two effects that hide behind each other the number of parameters does not tell which is there, but for one that
+    needs a value for each run: what is constant in a run and differs between them it could always make.
     """
-    surplus = len(one.fitted.problem.shared) - len(other.fitted.problem.shared)
+    surplus = one.parameter_count - other.parameter_count
     if surplus <= 0:
         return False
     pairs = [(one.measured, other.measured, one.effective)]
@@ -122,7 +126,8 @@ def dominated(one: Hypothesis, other: Hypothesis) -> bool:
     bent = 0.5 * PARAMETER_RATIO * surplus  # sure to be no more than the law bending to the form of the model
     margins = [CONVERGED_SHARE + DIFFERENCE_DEVIANCE / effective + bent for *_, effective in pairs]
     as_little = all((theirs <= mine * (1.0 + m)).all() for (mine, theirs, _), m in zip(pairs, margins, strict=True))
-    return as_little and not any(looks_like(spec, other.effects) for spec in one.effects)
+    hidden = any(looks_like(spec, other.effects) for spec in one.effects) and not one.values_of_runs
+    return as_little and not hidden
 
 
 def leading(hypotheses: Sequence[Hypothesis]) -> Hypothesis:
@@ -221,7 +226,7 @@ def _within_allowance(
     """
     spread = best.fitted.spread**2
     nearly_explained = _nearly_explained(one, best)
-    task, surplus = best.fitted.task, len(best.fitted.problem.shared) - len(one.fitted.problem.shared)
+    task, surplus = best.fitted.task, best.parameter_count - one.parameter_count
     alone = len(best.effects) < 2 or bool(task.reference_removal)
     least_named = CLEAN_EFFECT_SPREAD_SHARE if alone else EFFECT_SPREAD_SHARE
     limit = np.square(least_named if fewer else FIT_SPREAD_SHARE) * spread

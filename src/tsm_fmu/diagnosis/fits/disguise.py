@@ -9,11 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ...effects import effect_of, prefix_of, shapes_of
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ..criteria import CORE_SHARE
+from ..runs.motion_signals import coordinate_units
+from .placing import least_stroke
 from .refit import Fitted
+from .response import places_of
 
 SCALES = ("time", "travel", "turns")
 AT_AN_END = 0.02
@@ -32,7 +37,7 @@ def disguised(fitted: Fitted, spec: str) -> bool:
     spec : str
     """
     module = effect_of(spec)
-    if module.ABOUT.core and _little_of_it(fitted, spec, module.ABOUT.core):
+    if module.ABOUT.core and not _of_known_drum(fitted, spec) and _little_of_it(fitted, spec, module.ABOUT.core):
         return True
     for name, shape in shapes_of(module).items():
         parameter = f"{prefix_of(spec)}{name}"
@@ -43,6 +48,13 @@ def disguised(fitted: Fitted, spec: str) -> bool:
         if value <= lo * (1.0 + AT_AN_END) or (value >= hi * (1.0 - AT_AN_END) and not straight):
             return True
     return False
+
+
+def _of_known_drum(fitted: Fitted, spec: str) -> bool:
+    """Whether the motion is the angle of a drum that turns: its layers are where its turns are."""
+    if coordinate_units(fitted.problem.kernel)[0] != "rad":
+        return False
+    return max(float(np.ptp(c.x)) for c in places_of(fitted)) >= least_stroke(effect_of(spec))
 
 
 def _little_of_it(fitted: Fitted, spec: str, core: Sequence[str]) -> bool:

@@ -68,7 +68,7 @@ def prepared(
 
     def compared_runs(group: Sequence[Record]) -> tuple[FitRun, ...]:
         whole = (_repaired(fit_run(model, record, channels, cutoff)) for record in group)
-        return tuple(compared_after_start(model, without_unresolved(model, run), channels) for run in whole)
+        return tuple(compared_after_start(model, without_unresolved(model, run, channels), channels) for run in whole)
 
     return PreparedRuns(
         model, tuple(channels), compared_runs(measured), compared_runs(reference), compared_runs(holdout),

@@ -20,13 +20,14 @@ from ...logs.quantisation import quantisation_step
 from ...regression.problem import FitRun
 from ...regression.residuals import white_noise
 from ..criteria import UNRESOLVED_MOST_SHARE, UNRESOLVED_SPREAD_SHARE
+from .beginning import friction_channels
 from .motion_signals import position_of
 
 NOISE_DEVIATIONS = 4.0
 """Standard deviations of a channel's noise that a change from sample to sample must exceed."""
 
 
-def without_unresolved(model: Kernel, run: FitRun) -> FitRun:
+def without_unresolved(model: Kernel, run: FitRun, channels: Sequence[str]) -> FitRun:
     """The run, of which such values are not compared.
 
     Parameters
@@ -34,11 +35,18 @@ def without_unresolved(model: Kernel, run: FitRun) -> FitRun:
     model : Kernel
         Its motion.
     run : FitRun
+    channels : sequence of str
+        Measured ones. Those that hold the friction are looked at: a position that jumps at a reversal has play, or a
+        side that goes free.
     """
     if not model.motion or run.time.size < 8:
         return run
     x = position_of(model, run.time, run.inputs)
-    found = np.column_stack([unresolved(x, column) for column in run.targets.T])
+    frictional = friction_channels(model)
+    found = np.zeros(run.targets.shape, bool)
+    for c, channel in enumerate(channels):
+        if channel in frictional:
+            found[:, c] = unresolved(x, run.targets[:, c])
     found |= run.unresolved if run.unresolved.size else False
     found &= found.mean(axis=0) <= UNRESOLVED_MOST_SHARE  # a log that resolves nothing is compared as it is
     return replace(run, unresolved=found) if found.any() else replace(run, unresolved=np.empty((0, 0), bool))
