@@ -66,6 +66,6 @@ def families_of(
     if effects or equivalent:
         return tuple(dict.fromkeys(about(spec).family for spec in (*effects, *equivalent)))
     shown = [e for e in evidence if e.channel == channel and e.share > FAMILY_SHARE] if verdict == "unknown" else []
-    of_residual = [e.family for e in shown if e.share >= FAMILY_TIE_SHARE * shown[0].share]
-    of_effects = [about(spec).family for spec in closest] if verdict == "unknown" else []
+    of_residual: list[Family] = [e.family for e in shown if e.share >= FAMILY_TIE_SHARE * shown[0].share]
+    of_effects: list[Family] = [about(spec).family for spec in closest] if verdict == "unknown" else []
     return tuple(dict.fromkeys((*of_residual, *of_effects)))
