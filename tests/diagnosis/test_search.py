@@ -33,7 +33,7 @@ def made(added: tuple[str, ...], parameters: int = 5) -> Hypothesis:
     rmse = left(added)
     fitted: Any = SimpleNamespace(
         spread=np.ones(1), rmse=np.array([rmse]), effects=added,
-        problem=SimpleNamespace(shared=tuple(range(parameters))),
+        problem=SimpleNamespace(shared=tuple(range(parameters)), per_run=(), declared={}, runs=[]),
         task=SimpleNamespace(reference_removal={}, gap=np.zeros(1), limits={}),
     )  # fmt: skip
     return Hypothesis(added, fitted, (), np.array([rmse**2]), None, np.full(1, 1e5), np.ones(1), (), lambda: {})

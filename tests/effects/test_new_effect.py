@@ -141,8 +141,8 @@ def found(end_stop: Any, tmp_path_factory: pytest.TempPathFactory) -> dict[str, 
 
 def test_it_is_named_where_it_is(found: dict[str, Any]) -> None:
     assert (found["verdict"], found["effects"]) == ("named", ["end_stop"])
-    best = found["candidates"][0]
-    assert best["effect"] == "end_stop"
+    # a law of many more parameters may leave a little less
+    best = next(c for c in found["candidates"] if c["effect"] == "end_stop")
     assert best["parameters"]["x_s"] == pytest.approx(STOP, abs=0.02)
     assert best["parameters"]["k"] == pytest.approx(STIFFNESS, rel=0.05)
     assert "end_stop" not in found["not_excited"]

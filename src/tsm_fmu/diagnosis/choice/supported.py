@@ -126,8 +126,8 @@ def dominated(one: Hypothesis, other: Hypothesis) -> bool:
     bent = 0.5 * PARAMETER_RATIO * surplus  # sure to be no more than the law bending to the form of the model
     margins = [CONVERGED_SHARE + DIFFERENCE_DEVIANCE / effective + bent for *_, effective in pairs]
     as_little = all((theirs <= mine * (1.0 + m)).all() for (mine, theirs, _), m in zip(pairs, margins, strict=True))
-    hidden = any(looks_like(spec, other.effects) for spec in one.effects) and not one.values_of_runs
-    return as_little and not hidden
+    hides = any(looks_like(spec, other.effects) for spec in one.effects) and one.values_of_runs <= other.values_of_runs
+    return as_little and not hides
 
 
 def leading(hypotheses: Sequence[Hypothesis]) -> Hypothesis:
