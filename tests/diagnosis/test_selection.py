@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tsm_fmu.diagnosis.choice.selection import _any_law_of_a_coordinate, _predicts_worse
+from tsm_fmu.diagnosis.choice.selection import _any_law_of_a_coordinate, _misleads
 
 
 def leaves(held_out: list[float], effects: tuple[str, ...] = ("inertia",)) -> Any:
@@ -28,12 +28,12 @@ def leaves(held_out: list[float], effects: tuple[str, ...] = ("inertia",)) -> An
 def test_effects_with_which_held_out_runs_are_predicted_far_worse_mislead(after: list[float], misleads: bool) -> None:
     """By half more than without them, in any channel, and by more than what is a gap: 1.2 % of the spread."""
     before = leaves([0.1 if after[0] != 0.2 else 0.19, 0.01], ())
-    assert _predicts_worse(leaves(after), before, [object()]) is misleads  # pyright: ignore[reportArgumentType]
-    assert not _predicts_worse(leaves(after, ()), before, [object()])  # pyright: ignore[reportArgumentType]
+    assert _misleads(leaves(after), before, [object()]) is misleads  # pyright: ignore[reportArgumentType]
+    assert not _misleads(leaves(after, ()), before, [object()])  # pyright: ignore[reportArgumentType]
 
 
 def test_a_small_error_that_doubles_misleads_nobody() -> None:
-    assert not _predicts_worse(leaves([0.023, 0.0035]), leaves([0.01, 0.001], ()), [object()])  # pyright: ignore[reportArgumentType]
+    assert not _misleads(leaves([0.023, 0.0035]), leaves([0.01, 0.001], ()), [object()])  # pyright: ignore[reportArgumentType]
 
 
 @pytest.mark.parametrize(

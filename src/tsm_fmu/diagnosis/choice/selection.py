@@ -75,8 +75,8 @@ def select(
             choice = fewer
     if len(choice.winner.effects) > MOST_EFFECTS:  # its nuisance effects counted: some sum of so many closes any gap
         floors = replace(floors, unexplained=np.ones_like(floors.open_))
-    misleads = holdout and _predicts_worse(choice.winner, baselines.refitted, holdout)
-    if misleads or any(_any_law_of_a_coordinate(h.effects) for h in choice.supported):
+    wrong_elsewhere = holdout and _misleads(choice.winner, baselines.refitted, holdout)
+    if wrong_elsewhere or any(_any_law_of_a_coordinate(h.effects) for h in choice.supported):
         floors = replace(floors, unexplained=np.ones_like(floors.open_))
     if floors.unexplained.any():
         explained = ~(floors.open_ | floors.unexplained)
@@ -85,7 +85,7 @@ def select(
     return Selection(baselines, tuple(found), choice, floors)
 
 
-def _predicts_worse(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:
+def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:
     """Whether effects, as the measured runs have them, predict held-out runs far worse than the model without them.
 
     Values may move there, but a law that has to move to be of use is no finding.
