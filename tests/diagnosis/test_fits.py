@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from tsm_fmu.diagnosis.choice.hypotheses import _log_mean_square
+from tsm_fmu.diagnosis.choice.refits import _log_mean_square
 from tsm_fmu.diagnosis.fits.nuisance import (
     corrects_model_form,
     nearly_removed,
@@ -22,6 +22,7 @@ from tsm_fmu.diagnosis.fits.nuisance import (
 )
 from tsm_fmu.diagnosis.fits.quantised import Levels, coarse, step_noise
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, _forgotten, effective_samples, refit, rms
+from tsm_fmu.diagnosis.fits.response import Acting
 from tsm_fmu.diagnosis.fits.screening import _Bench, screen
 from tsm_fmu.effects import sizes_of
 from tsm_fmu.kernels.chain import attach
@@ -193,22 +194,26 @@ def test_amounts_are_those_of_least_squares_with_signs_as_declared(one: Fitted) 
     other -= along * (along @ other)
     other /= np.linalg.norm(other)
     acting = bench.responses.acting(attach(MODEL, "direction_asymmetry"))  # both signs
-    mixed = np.column_stack([0.6 * along + 0.8 * other, 3.0 * (0.8 * along - 0.6 * other)])
-    gain, amounts = bench._explained(acting.effect, list(sizes_of(acting.attached.module)), -mixed)
-    assert -mixed @ amounts == pytest.approx(bench.residual, abs=2e-3 * size)
+    heavy = bench.responses.acting(attach(MODEL, "inertia"))  # m is not negative
+
+    def explained(of: Acting, rows: np.ndarray) -> tuple[float, np.ndarray]:
+        sizes = list(sizes_of(of.attached.module))[: len(rows)]
+        return bench._explained(of.effect, sizes, rows, bench.responses.outside(rows))
+
+    mixed = np.stack([0.6 * along + 0.8 * other, 3.0 * (0.8 * along - 0.6 * other)])
+    gain, amounts = explained(acting, -mixed)
+    assert amounts @ -mixed == pytest.approx(bench.residual, abs=2e-3 * size)
     assert amounts == pytest.approx([-0.6 * size, -0.8 / 3.0 * size], rel=2e-3)
     assert gain > 10.0
-    half = np.column_stack([np.sqrt(0.75) * along + 0.5 * other])
-    gain, _ = bench._explained(acting.effect, ["eps"], half)
+    half = np.stack([np.sqrt(0.75) * along + 0.5 * other])
+    gain, _ = explained(acting, half)
     assert gain == pytest.approx(np.log(1.0 / 0.25), rel=1e-3)
-    heavy = bench.responses.acting(attach(MODEL, "inertia"))  # m is not negative
-    gain, amounts = bench._explained(heavy.effect, ["m"], -half)
+    gain, amounts = explained(heavy, -half)
     assert (gain, amounts.tolist()) == (pytest.approx(0.0), [0.0])
-    hardly = half + 2000.0 * bench.responses.basis[:, :1]  # nearly all of it is imitated
-    gain, amounts = bench._explained(acting.effect, ["eps"], hardly)
+    imitated = bench.responses.basis[:, :1].T
+    gain, amounts = explained(acting, half + 2000.0 * imitated)  # nearly all of it
     assert (gain, amounts.tolist()) == (pytest.approx(0.0), [0.0])
-    damped = half + 300.0 * bench.responses.basis[:, :1]
-    _, amounts = bench._explained(acting.effect, ["eps"], damped)
+    _, amounts = explained(acting, half + 300.0 * imitated)
     gram, along_it = 1.0 + 1e-4 * (300.0**2 + 1.0), np.sqrt(0.75) * size
     more, less = nnls(np.array([[gram, -1.0], [-1.0, gram]]), np.array([along_it, -along_it]))[0]  # of either sign
     assert amounts == pytest.approx([more - less], rel=1e-3)

@@ -9,15 +9,8 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.choice import hypotheses as module
-from tsm_fmu.diagnosis.choice.hypotheses import (
-    Hypothesis,
-    find_significant_nuisances,
-    hypothesis,
-    probe,
-    refit_candidates,
-    refit_rivals,
-    with_fit,
-)
+from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, find_significant_nuisances, hypothesis, with_fit
+from tsm_fmu.diagnosis.choice.refits import probe, refit_candidates, refit_rivals
 from tsm_fmu.diagnosis.choice.supported import with_fewer
 from tsm_fmu.diagnosis.criteria import RIVAL_COST_RATIO
 from tsm_fmu.diagnosis.fits.carried import carried_over

@@ -172,3 +172,11 @@ def test_ordinary_use_moves_as_far_as_the_runs_or_as_is_asked_under_a_load_that_
     for run, y in zip(use.problem.runs, outputs, strict=True):
         assert run.targets - y == pytest.approx(np.tile(0.01 * np.sqrt(np.mean(y**2, axis=0)), (t.size, 1)))
     assert use.table == pytest.approx(np.tile(one.table.mean(axis=0), (2, 1)))
+
+
+def test_a_load_that_only_pulls_does_so_in_ordinary_use() -> None:
+    """A tension that became negative could leave a friction without a level: the model would stop."""
+    for load in (0.11, 0.29):
+        swings = [run.inputs[:, 1] for run in ordinary(fitted(load), 0.0).problem.runs]
+        assert all(swing.min() > 0.0 for swing in swings)
+        assert max(np.ptp(swing) for swing in swings) > 0.6 * LOAD

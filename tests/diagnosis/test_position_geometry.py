@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -18,8 +20,18 @@ GIVEN = {"sigma0": 130.0, "sigma1": 0.0, "sigma2": 0.1, "F_c": 0.7, "F_s": 0.7, 
 DT, ROWS = 0.01, 2400
 
 
-def rig(seed: int, radius: float) -> Record:
-    """Dahl friction with the ripple of a wheel, over a position whose origin is anywhere."""
+def ripple(theta: np.ndarray) -> np.ndarray:
+    return 0.11 * np.cos(theta) + 0.05 * np.cos(2.0 * theta + 0.4)
+
+
+def triangles(theta: np.ndarray) -> np.ndarray:
+    """Bursts twice a turn, and not of the form that the library has: straight flanks."""
+    nearest = (theta + 0.5 * np.pi) % np.pi - 0.5 * np.pi
+    return 0.19 * np.maximum(0.0, 1.0 - np.abs(nearest) / 0.27)
+
+
+def rig(seed: int, radius: float, law: Callable[[np.ndarray], np.ndarray] = ripple) -> Record:
+    """Dahl friction with a law of the angle of a wheel, over a position whose origin is anywhere."""
     rng = np.random.default_rng(seed)
     t = np.arange(ROWS) * DT
     waves = ((0.21, 0.083), (0.11, 0.29), (0.05, 0.71))
@@ -29,13 +41,12 @@ def rig(seed: int, radius: float) -> Record:
         d = x[k] - x[k - 1]
         z[k] = np.sign(d) + (z[k - 1] - np.sign(d)) * np.exp(-abs(d) / 0.0054)
     theta = x / radius + 1.1
-    ripple = 0.11 * np.cos(theta) + 0.05 * np.cos(2.0 * theta + 0.4)
-    force = 0.7 * z + 0.1 * v + ripple + 0.01 * rng.normal(size=ROWS)
+    force = 0.7 * z + 0.1 * v + law(theta) + 0.01 * rng.normal(size=ROWS)
     return Record(f"run {seed}", t, {"x": 4.2 + x, "v": v, "F": force}, {"x": "m", "v": "m/s", "F": "N"})
 
 
-def fitted(radius: float) -> Fitted:
-    runs = prepared(kernel("LuGreFriction"), [rig(21, radius), rig(22, radius)], (), (), None)
+def fitted(radius: float, law: Callable[[np.ndarray], np.ndarray] = ripple) -> Fitted:
+    runs = prepared(kernel("LuGreFriction"), [rig(21, radius, law), rig(22, radius, law)], (), (), None)
     return refit(Task("LuGreFriction", runs.measured, runs.channels, GIVEN, drives=drives_of(runs.model)), (), {})
 
 
@@ -49,6 +60,17 @@ def test_the_period_of_a_wheel_of_unknown_size_is_found(radius: float) -> None:
     amplitudes = [np.hypot(found.values[f"drum_periodic.C_{k}"], found.values[f"drum_periodic.S_{k}"]) for k in (1, 2)]
     assert amplitudes == pytest.approx([0.11, 0.05], rel=0.1)
     assert found.rmse[0] < 0.02
+
+
+@pytest.mark.parametrize("radius", [0.0119, 0.0173, 0.0307])
+def test_narrow_bursts_of_a_wheel_of_unknown_size_are_found(radius: float) -> None:
+    """Of a thousand sizes and angles few fit at all; those that come closest are searched around."""
+    base = fitted(radius, triangles)
+    (seen,) = screen(base, [attach(kernel("LuGreFriction"), "winding_crossover~x[m]")], np.array([True]))
+    found = refit(base.task.limited(seen.limits), ("winding_crossover~x[m]",), seen.starts[0], steps=40)
+    assert found.values["winding_crossover.r"] == pytest.approx(radius, rel=0.004)
+    assert found.values["winding_crossover.A"] == pytest.approx(0.19, rel=0.15)
+    assert found.rmse[0] < 0.6 * base.rmse[0]
 
 
 def test_a_wheel_of_less_than_the_stroke_has_no_name_to_take_and_its_law_is_drawn() -> None:

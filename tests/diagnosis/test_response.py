@@ -10,7 +10,8 @@ import pytest
 
 from tsm_fmu.diagnosis.fits.placing import possible
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
-from tsm_fmu.diagnosis.fits.response import Responses, _Extent, _largest, normalised, places_of, public
+from tsm_fmu.diagnosis.fits.extent import Extent
+from tsm_fmu.diagnosis.fits.response import Responses, _largest, normalised, places_of, public
 from tsm_fmu.diagnosis.runs.motion_signals import Coordinates
 from tsm_fmu.effects import shapes_of, sizes_of
 from tsm_fmu.effects.about import Scale, Shape
@@ -84,7 +85,7 @@ def test_a_response_is_the_change_of_the_model_that_holds_the_effect(
     """
     span = [float(np.ptp(run.inputs[:, 0])) for run in one.problem.runs]
     values = middle_of(responses, attached)
-    found = responses.acting(attached).response(values).reshape(2, ROWS, 2)
+    found = responses.acting(attached).responses_to([values])[0].reshape(2, ROWS, 2)
     for k in range(2):
         expected = by_chain(one, attached, values, 0.02 * span[k]).reshape(2, ROWS, 2)[k, 60:]
         size = np.linalg.norm(expected)
@@ -100,12 +101,12 @@ def test_there_are_effects_at_the_friction_at_outputs_and_at_lost_motion() -> No
 def test_a_step_makes_a_response_of_the_size_of_the_residual(one: Fitted, responses: Responses) -> None:
     residual = np.linalg.norm(np.concatenate([(r * WEIGHTS).ravel() for r in one.residuals]))
     acting = responses.acting(attach(kernel("TendonDrive"), "inertia"))
-    (column,), (step,) = acting.columns({})
+    ((column,),), ((step,),) = acting.columns([{}])
     assert np.linalg.norm(column) == pytest.approx(residual, rel=1e-6)
-    assert column == pytest.approx(acting.response({"m": step}))
-    (column,), (same,) = acting.columns({}, [0.037])
+    assert column == pytest.approx(acting.responses_to([{"m": step}])[0])
+    ((column,),), ((same,),) = acting.columns([{}], np.array([[0.037]]))
     assert same == 0.037
-    assert column == pytest.approx(acting.response({"m": 0.037}))
+    assert column == pytest.approx(acting.responses_to([{"m": 0.037}])[0])
     expected = 0.037 * np.concatenate([p.a for p in responses.signals]) * WEIGHTS[1]
     assert column.reshape(-1, 2)[:, 1] == pytest.approx(expected)
     assert not column.reshape(-1, 2)[:, 0].any()
@@ -116,26 +117,25 @@ def test_a_step_has_the_sense_of_its_first_and_stays_within_its_bounds(one: Fitt
     responses = Responses(one.at(far), WEIGHTS)
     attached = attach(kernel("TendonDrive"), "smooth_backlash@x_out")
     shape = {n: responses.extent.at_quantile(s, 0.5) for n, s in shapes_of(attached.module).items()}
-    _, steps = responses.acting(attached).columns(shape)
-    assert steps == [-0.5]  # half of the way to -1
-    _, steps = responses.acting(attach(kernel("TendonDrive"), "gain_error@x_out")).columns({})
-    assert steps == [pytest.approx(4.5)]  # half of the way to 9
+    _, steps = responses.acting(attached).columns([shape])
+    assert steps.tolist() == [[-0.5]]  # half of the way to -1
+    _, steps = responses.acting(attach(kernel("TendonDrive"), "gain_error@x_out")).columns([{}])
+    assert steps == pytest.approx(np.array([[4.5]]))  # half of the way to 9
     still = Responses(replace(one, table=one.table.copy()), np.array([0.0, 1e-30]))
-    _, steps = still.acting(attach(kernel("TendonDrive"), "inertia")).columns({})
-    assert 0.0 < steps[0] < 1.0
+    _, steps = still.acting(attach(kernel("TendonDrive"), "inertia")).columns([{}])
+    assert 0.0 < steps[0, 0] < 1.0
 
 
 def test_what_the_parameters_can_do_is_not_outside(one: Fitted, responses: Responses) -> None:
     """Viscous friction is sigma2, but for its speed, which is smoothed here; of an inertia most is left."""
-    viscous = responses.acting(attach(kernel("TendonDrive"), "viscous")).columns({})[0][0]
+    viscous = responses.acting(attach(kernel("TendonDrive"), "viscous")).columns([{}])[0][0, 0]
     assert np.linalg.norm(responses.outside(viscous)) < 0.06 * np.linalg.norm(viscous)
-    mass = responses.acting(attach(kernel("TendonDrive"), "inertia")).columns({})[0][0]
+    mass = responses.acting(attach(kernel("TendonDrive"), "inertia")).columns([{}])[0][0, 0]
     left = responses.outside(mass)
     assert np.linalg.norm(left) > 0.3 * np.linalg.norm(mass)
     assert responses.outside(left) == pytest.approx(left, abs=1e-9 * np.linalg.norm(mass))
     assert np.abs(responses.basis.T @ left).max() < 1e-9 * np.linalg.norm(mass)
-    both = np.column_stack([mass, viscous])
-    assert responses.outside(both)[:, 0] == pytest.approx(left)
+    assert responses.outside(np.stack([mass, viscous]))[0] == pytest.approx(left)
 
 
 def coordinates(x: np.ndarray, load: np.ndarray | None = None, dt: float = 0.01) -> Coordinates:
@@ -144,7 +144,7 @@ def coordinates(x: np.ndarray, load: np.ndarray | None = None, dt: float = 0.01)
     return Coordinates(x, v, np.gradient(v, t), np.sign(v), zero, zero, zero, zero, load, t)
 
 
-def extent() -> tuple[_Extent, dict[Scale, float]]:
+def extent() -> tuple[Extent, dict[Scale, float]]:
     """Two runs: sizes that belong to one, to the longest, or to both."""
     t = 0.01 * np.arange(600)
     runs = [
@@ -157,7 +157,7 @@ def extent() -> tuple[_Extent, dict[Scale, float]]:
         "speed": float(np.sqrt(np.mean(v**2))), "acceleration": float(np.sqrt(np.mean(a**2))),
         "time": 5.99, "load": 9.0, "number": 1.0,
     }  # fmt: skip
-    return _Extent(runs), sizes
+    return Extent(runs), sizes
 
 
 @pytest.mark.parametrize("scale", ["stroke", "per stroke", "travel", "speed", "acceleration", "time", "load", "number"])
@@ -186,14 +186,14 @@ def test_positions_angles_and_turns_are_spread_evenly() -> None:
 
 
 def test_sizes_of_a_drive_that_stands_still_are_one() -> None:
-    one = _Extent([coordinates(np.full(50, 0.3))])
+    one = Extent([coordinates(np.full(50, 0.3))])
     for scale in ("stroke", "per stroke", "travel", "speed", "acceleration", "load"):
         assert one.scales[scale] == 1.0, scale
     assert one.at_quantile(Shape("turns", 2.0, 2.0), 0.3) == pytest.approx(1.0 / (4.0 * math.pi))
 
 
 @pytest.mark.parametrize(
-    ("effect", "count"), [("inertia", 1), ("stribeck", 14), ("drum_periodic@x_out", 144), ("nonlocal_memory", 21)]
+    ("effect", "count"), [("inertia", 1), ("stribeck", 14), ("drum_periodic@x_out", 192), ("nonlocal_memory", 21)]
 )
 def test_so_many_shapes_are_tried_all_within_their_ranges(responses: Responses, effect: str, count: int) -> None:
     attached = attach(kernel("TendonDrive"), effect)
@@ -245,9 +245,39 @@ def test_a_size_goes_half_of_the_way_to_its_bound(effect: str, name: str, most: 
 @pytest.mark.parametrize("attached", TRIED, ids=lambda a: a.spec)
 def test_what_grows_with_its_size_at_one_shape_does_at_all(responses: Responses, attached: Attached) -> None:
     acting = responses.acting(attached)
-    for shape in responses.shapes(attached.module):
-        found, steps = acting.columns(shape)
-        alone, of_its_own = responses.acting(attached).columns(shape)  # which has seen no shape before
-        assert steps == of_its_own
-        for one, other in zip(found, alone, strict=True):
+    for shape in responses.shapes(attached.module)[:21]:
+        found, steps = acting.columns([shape])
+        alone, of_its_own = responses.acting(attached).columns([shape])  # which has seen no shape before
+        assert (steps == of_its_own).all()
+        for one, other in zip(found[0], alone[0], strict=True):
             assert one == pytest.approx(other, abs=1e-8 * max(float(np.abs(other).max()), 1e-300))
+
+
+@pytest.mark.parametrize("attached", TRIED, ids=lambda a: a.spec)
+def test_shapes_looked_at_together_are_those_looked_at_one_by_one(responses: Responses, attached: Attached) -> None:
+    acting, shapes = responses.acting(attached), responses.shapes(attached.module)[:7]
+    together, steps = acting.columns(shapes)
+    assert together.shape[:2] == steps.shape == (len(shapes), len(sizes_of(attached.module)))
+    for shape, found, step in zip(shapes, together, steps, strict=True):
+        (alone,), (own,) = acting.columns([shape])
+        assert step == pytest.approx(own, rel=1e-12)
+        assert found == pytest.approx(alone, abs=1e-12 * max(float(np.abs(alone).max()), 1e-300))
+
+
+def test_of_long_runs_the_samples_drawn_are_compared_and_all_are_simulated(one: Fitted, monkeypatch) -> None:
+    """An effect with memory gives there what it gives when all samples are compared; one without is run there alone."""
+    whole = Responses(one, WEIGHTS)
+    monkeypatch.setattr("tsm_fmu.diagnosis.fits.response.COMPARED_ROWS", ROWS // 3)
+    few = Responses(one, WEIGHTS)
+    rows = np.concatenate([k * ROWS + rows for k, rows in enumerate(few.rows)])
+    assert ROWS // 3 <= rows.size <= ROWS // 3 + 2
+    assert few.flat(one.residuals) == pytest.approx(whole.flat(one.residuals).reshape(-1, 2)[rows].ravel())
+    for spec in ("creep", "inertia", "drum_periodic", "sensor_lag@x_out", "thermal@x_out"):
+        attached = attach(kernel("TendonDrive"), spec)
+        values = middle_of(whole, attached)
+        every, drawn = (r.acting(attached).responses_to([values])[0].reshape(-1, 2) for r in (whole, few))
+        assert np.abs(every).max() > 0.0
+        assert drawn == pytest.approx(every[rows], rel=1e-9, abs=1e-12 * float(np.abs(every).max()))
+    memory, none = (few.acting(attach(kernel("TendonDrive"), spec)) for spec in ("creep", "inertia"))
+    assert memory.time.size == 2 * ROWS
+    assert none.time.size == rows.size

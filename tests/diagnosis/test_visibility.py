@@ -10,10 +10,12 @@ import pytest
 
 from tsm_fmu.diagnosis.choice.hypotheses import hypothesis
 from tsm_fmu.diagnosis.choice.visibility import ordinary, unexcited
+from tsm_fmu.diagnosis.fits.disguise import disguised
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.kernels.chain import attach
 from tsm_fmu.kernels.drives import ANGLE
 from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.models.contract import InputError
 from tsm_fmu.regression.problem import FitRun
 
 DT, ROWS = 0.01, 2000
@@ -131,3 +133,24 @@ def test_ordinary_use_reaches_the_range_of_the_log_and_swings_the_load() -> None
         assert np.ptp(load) > 0.9 * 0.17
     far = ordinary(still, 20.0)
     assert max(np.ptp(r.inputs[:, 0]) for r in far.problem.runs) > 30.0
+
+
+def test_where_the_values_of_a_fit_do_not_carry_it_through_ordinary_use_the_runs_are_that(
+    loaded: Fitted, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stops(fitted: Fitted, travel: float) -> Fitted:
+        raise InputError("TendonDrive stopped: no level")
+
+    monkeypatch.setattr("tsm_fmu.diagnosis.choice.visibility.ordinary", stops)
+    assert listed(loaded, ["inertia", "load_dependence", "drum_periodic"]) == ("drum_periodic",)
+
+
+def test_an_angle_that_stands_does_not_show_what_bending_does_though_the_load_swings() -> None:
+    """It is then a law of the load: what the log shows of it, `load_dependence` explains as well."""
+    runs = [replace(r, inputs=np.column_stack([r.inputs, np.full(ROWS, 5.9)])) for r in (drive_run(61), drive_run(62))]
+    rng = np.random.default_rng(63)
+    runs = [replace(r, inputs=r.inputs + np.array([0.0, 0.0, 0.012]) * rng.normal(size=(ROWS, 1))) for r in runs]
+    base = refit(Task("TendonDrive", runs, ("x_out", "tau_in"), DRIVE, drives=(ANGLE,)), (), {})
+    assert listed(base, ["bend_angle", "load_dependence"]) == ("bend_angle",)
+    assert disguised(base, "bend_angle")
+    assert not disguised(base, "load_dependence")

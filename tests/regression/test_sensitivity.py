@@ -113,6 +113,17 @@ def test_the_scale_of_a_parameter_that_does_nothing_is_infinite(two_runs: Proble
     assert np.isfinite(scales["x_0"])
 
 
+def test_a_parameter_whose_change_overflows_has_no_scale(two_runs: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scale of zero would divide by zero where the search is scaled."""
+    simulated = Problem.outputs_at
+
+    def overflowing(self: Problem, points) -> list[np.ndarray]:
+        return [y * 10.0 ** (200 * (k >= 2)) for k, y in enumerate(simulated(self, points))]
+
+    monkeypatch.setattr(Problem, "outputs_at", overflowing)
+    assert set(sensitivity_scales(two_runs).values()) == {np.inf}
+
+
 def test_scales_are_of_all_runs_and_samples_together(two_runs: Problem) -> None:
     """x_0 moves every sample by itself: its scale is the spread that weights the channel, however many runs."""
     spread = 1.0 / two_runs.weights[0]

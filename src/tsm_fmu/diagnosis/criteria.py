@@ -97,10 +97,14 @@ LEVEL_STEP_SHARE = 1e-3
 
 EFFECT_SPREAD_SHARE = 0.012
 """What is left open, or taken by other values, is a gap beyond this part: less is within the form of any friction
-model. Without reference runs no effect beside another is named that removes less."""
+model."""
 
 CLEAN_EFFECT_SPREAD_SHARE = 0.006
-"""One that is alone, or beside reference runs, is not named if it removes less."""
+"""An effect is not named if it removes less."""
+
+FURTHER_EFFECT_SPREAD_SHARE = 0.025
+"""One beside another is not named if it removes less: no law of the library is quite that of a rig, and what the first
+lacks looks like a second."""
 
 NOTABLE_RATIO = 0.4
 """An effect must remove this many times the mean square that is left with it: less may mend the form of the model."""
@@ -135,6 +139,10 @@ SHAPE_RANGE_RATIO = 2.0
 
 CORE_SHARE = 0.5
 """Part of what an effect does that the sizes which make it must do: a winding without bursts is another law."""
+
+STANDING_SHARE = 0.02
+"""A sheath's angle that varies by less of its mean stands still: bends that a rig is given change it by many times
+that, what measures it wanders less."""
 
 STRONGEST_RATIO = 0.5
 """Where more than noise is left, the effect that removes most must remove this many times the mean square left."""

@@ -117,6 +117,8 @@ class Effect(NamedTuple):
     after_reversal : bool
         It is a law of what friction does after a reversal, of which no rig has quite that of its model: a little of it
         corrects the form of the model and is not missing.
+    play : bool
+        It is play: a thing of its own alone, and as much a law of what follows a reversal beside another effect.
     motion_only : bool
         It makes sense on a position only; where the motion of a model is a speed it acts on the way that belongs to it.
     searched : tuple of str
@@ -139,6 +141,7 @@ class Effect(NamedTuple):
     looks_like: tuple[str, ...] = ()
     role: Role = "effect"
     after_reversal: bool = False
+    play: bool = False
     motion_only: bool = False
     searched: tuple[Place, ...] | None = None
     optional: tuple[str, ...] = ()

@@ -22,6 +22,7 @@ ABOUT = Effect(
     places=("output", "input"),
     family="history",
     looks_like=("presliding_shape", "tendon_elasticity", "delay"),
+    play=True,
     motion_only=True,
 )
 

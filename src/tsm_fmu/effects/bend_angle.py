@@ -3,9 +3,10 @@ column is named.
 
 ::
 
-    F <- F + mu Theta |load| z                                                          (1)
+    F <- F + mu Theta (|load| + T_0) z                                                  (1)
 
-Where neither the model nor a column of the log has the load, it is taken as constant, 1: F + mu Theta z.
+T_0 is the tension that is there without the load: that of a pretensioned tendon, which presses on a bend all the same.
+Where neither the model nor a column of the log has the load, it is taken as constant, 1: F + mu Theta (1 + T_0) z.
 Limits: mu = 0 or a straight sheath changes nothing; a constant Theta is `load_dependence` with k = mu Theta.
 The linear form of exp(mu Theta). Source: capstan law; AME 2020 Eqs (14)-(16).
 """
@@ -13,7 +14,7 @@ The linear form of exp(mu Theta). Source: capstan law; AME 2020 Eqs (14)-(16).
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
-from .about import Effect, Size
+from .about import Effect, Shape, Size
 
 NAME = "bend_angle"
 ABOUT = Effect(
@@ -28,6 +29,9 @@ ABOUT = Effect(
 
 class Params(NamedTuple):
     mu: Annotated[float, Quantity("{F}/({load}.{bend})", "friction coefficient, Eq (1)", lo=0.0), Size()] = 0.0
+    T_0: Annotated[float, Quantity("{load}", "tension without the load, Eq (1)", lo=0.0), Shape("load", 0.1, 10.0)] = (
+        0.0
+    )
 
 
 NEUTRAL = Params()
@@ -52,8 +56,8 @@ PRESETS = {}
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(), Outputs(u.y + p.mu * u.bend * abs(u.load) * u.z)
+    return State(), Outputs(u.y + p.mu * u.bend * (abs(u.load) + p.T_0) * u.z)
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
-    return s, Outputs(u.y + p.mu * u.bend * abs(u.load) * u.z)  # (1)
+    return s, Outputs(u.y + p.mu * u.bend * (abs(u.load) + p.T_0) * u.z)  # (1)

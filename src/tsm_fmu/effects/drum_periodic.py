@@ -40,7 +40,7 @@ class Params(NamedTuple):
     r: Annotated[
         float,
         Quantity("{x}/rad", "input position per radian of the drum, Eq (1)", lo=0.0, open_lo=True),
-        Shape("turns", 1.5, 12.0, tries=144),  # of fewer turns it is any smooth function of the position
+        Shape("turns", 1.5, 12.0, tries=192),  # of fewer turns it is any smooth function of the position
     ] = 1.0
     drag: Annotated[
         float, Quantity("1", "part that acts against the motion, Eq (2)", lo=0.0, hi=1.0), Shape("share", 0.0, 1.0)

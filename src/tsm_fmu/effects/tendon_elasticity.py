@@ -25,7 +25,7 @@ ABOUT = Effect(
     shown_by="the same motion under several tensions or loads",
     places=("output",),
     family="load",
-    looks_like=("nonlocal_memory", "backlash"),
+    looks_like=("nonlocal_memory", "backlash", "slack"),
     motion_only=True,
 )
 

@@ -160,7 +160,7 @@ def sensitivity_scales(problem: Problem) -> dict[str, float]:
         still = still or found.pop(0)
         for name, outputs in zip(names, found, strict=True):
             rms = _rms_of_change(problem, still, outputs)
-            scales[name] = abs(steps[name]) / rms if rms > 0.0 else math.inf
+            scales[name] = abs(steps[name]) / rms if 0.0 < rms < math.inf else math.inf
     return scales
 
 

@@ -28,7 +28,7 @@ from ..fits.nuisance import FIRST_STEPS, begun_with
 from ..fits.refit import Fitted, Task, refit
 from ..fits.screening import Screened, screen
 from .baselines import refitted_model
-from .hypotheses import shortlist
+from .refits import shortlist
 from .search import candidate_places
 
 FOLD_STEPS = 8

@@ -11,7 +11,7 @@ from ...effects import sizes_as
 from ...kernels.attached import Attached
 from ...kernels.kernel import Kernel
 from ...regression.problem import FitRun
-from ..criteria import CLEAN_EFFECT_SPREAD_SHARE, FURTHER_CANDIDATES, MOST_EFFECTS, SWAPPED_EFFECTS
+from ..criteria import FURTHER_CANDIDATES, MOST_EFFECTS, SWAPPED_EFFECTS
 from ..fits.nuisance import Start
 from ..fits.placing import possible
 from ..fits.refit import Fitted
@@ -19,8 +19,9 @@ from ..fits.screening import Screened, screen
 from ..runs.drivers import drives_of
 from .baselines import Baselines
 from .floors import open_channels
-from .hypotheses import Hypothesis, interleaved, probe, refit_candidates, refit_rivals
-from .supported import choice_of, leading, log_residual, with_fewer
+from .hypotheses import Hypothesis
+from .refits import interleaved, probe, refit_candidates, refit_rivals
+from .supported import choice_of, leading, least_of_further, log_residual, with_fewer
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,9 @@ class Search:
         if base.added:
             self.progress("probe of a further effect")
             screened = probe(fitted, screened, base.nuisances)
-            screened = [s for s in screened if _promises(s.gain, before)][: len(base.significant) + FURTHER_CANDIDATES]
+            screened = [s for s in screened if _promises(s.gain, before, base.effects)][
+                : len(base.significant) + FURTHER_CANDIDATES
+            ]
         return screened, starts
 
     def _with_other_pairs(
@@ -112,7 +115,7 @@ class Search:
         # nothing is left to explain, and nothing explained by what is rather a nuisance
         before = self.baselines
         left = open_channels(
-            winner, refitted.fitted, before.reference, before.stepped, least=CLEAN_EFFECT_SPREAD_SHARE, form_share=0.0
+            winner, refitted.fitted, before.reference, before.stepped, least_of_further(winner.effects), form_share=0.0
         )
         return not winner.has_large_nuisance and not left.any()
 
@@ -133,6 +136,6 @@ def candidate_places(model: Kernel, fitted: Fitted) -> list[Attached]:
     ]  # fmt: skip
 
 
-def _promises(gain: float, fitted: Fitted) -> bool:
-    """Whether a candidate takes enough of what is left to matter, by its linear step or its probe."""
-    return bool((np.sqrt(-np.expm1(-gain)) * fitted.rmse > CLEAN_EFFECT_SPREAD_SHARE * fitted.spread).any())
+def _promises(gain: float, fitted: Fitted, effects: Sequence[str]) -> bool:
+    """Whether a candidate takes enough of what is left to matter beside effects, by its linear step or its probe."""
+    return bool((np.sqrt(-np.expm1(-gain)) * fitted.rmse > least_of_further(effects) * fitted.spread).any())

@@ -25,8 +25,8 @@ from ..criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,
     CONVERGED_SHARE,
     DIFFERENCE_DEVIANCE,
-    EFFECT_SPREAD_SHARE,
     FIT_SPREAD_SHARE,
+    FURTHER_EFFECT_SPREAD_SHARE,
     LAW_FORM_SHARE,
     NOTABLE_RATIO,
     PARAMETER_RATIO,
@@ -227,9 +227,7 @@ def _within_allowance(
     spread = best.fitted.spread**2
     nearly_explained = _nearly_explained(one, best)
     task, surplus = best.fitted.task, best.parameter_count - one.parameter_count
-    alone = len(best.effects) < 2 or bool(task.reference_removal)
-    least_named = CLEAN_EFFECT_SPREAD_SHARE if alone else EFFECT_SPREAD_SHARE
-    limit = np.square(least_named if fewer else FIT_SPREAD_SHARE) * spread
+    limit = np.square(least_of_further(one.effects) if fewer else FIT_SPREAD_SHARE) * spread
     if fewer and not task.reference_removal:  # what is between two levels of a converter is no effect
         limit = np.maximum(limit, (REFERENCE_RATIO * task.discrepancy) ** 2)
     parameters = 0.0 if fewer else PARAMETER_RATIO * max(surplus, 0)
@@ -237,17 +235,28 @@ def _within_allowance(
     pairs = [(one.measured, best.measured, baseline, best.effective)]
     if one.held_out is not None and best.held_out is not None and baseline_held_out is not None:
         pairs.append((one.held_out, best.held_out, baseline_held_out, best.effective_held_out))
-    counts, gains = np.zeros(limit.size, bool), []
+    free = best.values_of_runs > one.values_of_runs
+    worse, better, gains = [], [], []
     for mine, least, before, effective in pairs:
-        removed = np.maximum(before - least, 0.0)
-        noise = DIFFERENCE_DEVIANCE * least / effective
-        beyond = mine - least > limit + form * removed + noise + parameters * least
+        removed = np.maximum(before - np.minimum(mine, least), 0.0)
+        margin = limit + form * removed + DIFFERENCE_DEVIANCE * np.minimum(mine, least) / effective
+        beyond = mine - least > margin + parameters * least
         # of two that leave no more than the model does on reference runs neither is the better one
-        counts |= beyond if fewer else beyond & (mine > task.discrepancy**2)
+        worse.append(beyond & (fewer | (mine > task.discrepancy**2)))
+        better.append((least - mine > margin) & (not fewer))
         gains.append(np.log(np.maximum(mine, 1e-300) / np.maximum(least, 1e-300)))
+    # a value for each run can stand for whatever differs between runs: such a law must be better on all of them
+    counts = np.all(worse, axis=0) if free else np.any(worse, axis=0)
+    # measured and held-out runs that say the opposite tell nothing apart
+    counts &= ~np.any(better, axis=0)
     if fewer:  # of what is left with it, a surplus effect must explain a notable part: less may mend the model's form
         counts &= np.mean(gains, axis=0) > np.log1p(NOTABLE_RATIO)
     return not counts.any()
+
+
+def least_of_further(effects: Sequence[str]) -> float:
+    """Part of a channel's spread that one effect more must remove, beside these."""
+    return FURTHER_EFFECT_SPREAD_SHARE if effects else CLEAN_EFFECT_SPREAD_SHARE
 
 
 def _nearly_explained(one: Hypothesis, best: Hypothesis) -> BoolArray:

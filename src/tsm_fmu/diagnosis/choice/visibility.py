@@ -17,6 +17,7 @@ from scipy.signal import chirp
 from ...kernels.arrays import FloatArray
 from ...kernels.attached import Attached
 from ...kernels.kernel import kernel
+from ...models.contract import InputError
 from ...regression.problem import FitRun
 from ...regression.thinning import thinned
 from ...regression.threads import together
@@ -28,13 +29,17 @@ from ..criteria import (
     ORDINARY_TURNS,
     VISIBLE_DEVIANCE,
 )
+from ..fits.disguise import angle_stands
+from ..fits.extent import SHAPES
 from ..fits.placing import least_stroke
 from ..fits.refit import Fitted, rms
-from ..fits.response import SHAPES, Responses
+from ..fits.response import Responses
 from .hypotheses import Hypothesis
 
 STEP, LENGTH = 0.01, 16.0
 ROWS = 3000
+ONE_SIDED_SHARE = 0.9
+"""Part of its mean by which a load swings in ordinary use at most, where it has one sign in all runs."""
 
 
 def unexcited(
@@ -57,14 +62,15 @@ def unexcited(
     short = base.at(thinned(base.problem.kernel, base.problem.runs, ROWS, ROWS // 10))
     noise = best.fitted.rmse / base.spread
     detect = np.maximum(EFFECT_SPREAD_SHARE, np.sqrt(VISIBLE_DEVIANCE / best.effective) * noise)
-    usual = turning = _Compared(short, base.spread, ordinary(short, 0.0))
+    usual = turning = _Compared(short, base.spread, _usable(short, 0.0))
     if any(c.module.ABOUT.turns for c in candidates):
-        turning = _Compared(short, base.spread, ordinary(short, 2.0 * np.pi * ORDINARY_TURNS))
+        turning = _Compared(short, base.spread, _usable(short, 2.0 * np.pi * ORDINARY_TURNS))
 
     def visible(one: Attached) -> tuple[bool, bool]:
         compared = turning if one.module.ABOUT.turns else usual
         size, already = compared.visible(one)
         shows = bool((size >= detect).any()) and compared.travel >= least_stroke(one.module)
+        shows = shows and not angle_stands(base, one)
         return shows, already
 
     for one, (shows, already) in zip(candidates, together(visible, candidates), strict=True):
@@ -87,21 +93,29 @@ class _Compared:
         """RMS by channel, over the spread, that the runs would show of the effect; whether the baseline has it."""
         found, beyond = [], []
         ordinarily, in_these = self.in_ordinary_use.acting(one), self.in_runs.acting(one)
-        for shape in self.in_ordinary_use.shapes(one.module)[:SHAPES]:  # a median needs no more
-            ordinary_use, steps = ordinarily.columns(shape)
-            in_runs, _ = in_these.columns(shape, steps)
-            for in_ordinary_use, now in zip(ordinary_use, in_runs, strict=True):
-                whole = self._rms(in_ordinary_use).max()
-                if whole <= 0.0:
-                    continue
-                found.append(ORDINARY_SPREAD_SHARE * self._rms(self.in_runs.outside(now)) / whole)
-                beyond.append(self._rms(self.in_ordinary_use.outside(in_ordinary_use)).max() / whole)
+        shapes = self.in_ordinary_use.shapes(one.module)[:SHAPES]  # a median needs no more
+        ordinary_use, steps = ordinarily.columns(shapes)
+        in_runs, _ = in_these.columns(shapes, steps)
+        left = self.in_runs.outside(in_runs), self.in_ordinary_use.outside(ordinary_use)
+        for at in np.ndindex(ordinary_use.shape[:2]):
+            whole = self._rms(ordinary_use[at]).max()
+            if whole > 0.0:
+                found.append(ORDINARY_SPREAD_SHARE * self._rms(left[0][at]) / whole)
+                beyond.append(self._rms(left[1][at]).max() / whole)
         if not found:
             return np.zeros(self.channels), False
         return np.median(found, axis=0), float(np.median(beyond)) < CONTAINED_SHARE
 
     def _rms(self, column: FloatArray) -> FloatArray:
         return np.sqrt(np.mean(column.reshape(-1, self.channels) ** 2, axis=0))
+
+
+def _usable(fitted: Fitted, travel: float) -> Fitted:
+    """`ordinary`, or the runs themselves where the values of the fit do not carry the model so far."""
+    try:
+        return ordinary(fitted, travel)
+    except InputError:
+        return fitted
 
 
 def ordinary(fitted: Fitted, travel: float) -> Fitted:
@@ -181,7 +195,10 @@ def _inputs(fitted: Fitted, t: FloatArray, shape: FloatArray, travel: float) -> 
             loads.append(drive.column)
     for number, name in enumerate(loads):
         column = names.index(name)
-        size = max(0.5 * float(np.ptp(every[:, column])), 0.5 * float(np.abs(every[:, column]).max()))
+        own = every[:, column]
+        size = max(0.5 * float(np.ptp(own)), 0.5 * float(np.abs(own).max()))
+        if own.min() > 0.0 or own.max() < 0.0:  # tendons pull, and do not push
+            size = min(size, ONE_SIDED_SHARE * abs(float(own.mean())))
         inputs[:, column] += size * np.sin(2.0 * np.pi * (0.17 + 0.023 * number) * t)
     return inputs
 

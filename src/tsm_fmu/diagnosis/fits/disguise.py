@@ -12,9 +12,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...effects import effect_of, prefix_of, shapes_of
+from ...kernels.attached import Attached
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
-from ..criteria import CORE_SHARE
+from ..criteria import CORE_SHARE, STANDING_SHARE
 from ..runs.motion_signals import coordinate_units
 from .placing import least_stroke
 from .refit import Fitted
@@ -37,6 +38,8 @@ def disguised(fitted: Fitted, spec: str) -> bool:
     spec : str
     """
     module = effect_of(spec)
+    if "bend" in module.Inputs._fields and angle_stands(fitted, attach(kernel(fitted.model), spec)):
+        return True
     if module.ABOUT.core and not _of_known_drum(fitted, spec) and _little_of_it(fitted, spec, module.ABOUT.core):
         return True
     for name, shape in shapes_of(module).items():
@@ -48,6 +51,16 @@ def disguised(fitted: Fitted, spec: str) -> bool:
         if value <= lo * (1.0 + AT_AN_END) or (value >= hi * (1.0 - AT_AN_END) and not straight):
             return True
     return False
+
+
+def angle_stands(fitted: Fitted, attached: Attached) -> bool:
+    """Whether the sheath's angle that drives an effect hardly changes: it is then a law of the load alone."""
+    drive = attached.drive("bend")
+    if drive is None:
+        return False
+    column = [v.name for v in fitted.problem.kernel.inputs].index(drive.column)
+    angle = np.concatenate([run.inputs[:, column] for run in fitted.problem.runs])
+    return float(angle.std()) < STANDING_SHARE * abs(float(angle.mean()))
 
 
 def _of_known_drum(fitted: Fitted, spec: str) -> bool:

@@ -348,7 +348,9 @@ def significant_nuisances(
     return found
 
 
-def corrects_model_form(spec: str, share: float, task: Task, spread: FloatArray) -> bool:
+def corrects_model_form(
+    spec: str, share: float, task: Task, spread: FloatArray, *, beside_another: bool = False
+) -> bool:
     """Whether an effect that removes this part of a channel's spread is the form of the model, and nothing missing.
 
     Parameters
@@ -357,12 +359,21 @@ def corrects_model_form(spec: str, share: float, task: Task, spread: FloatArray)
     share : float
     task : Task
     spread : ndarray, shape (channels,)
+    beside_another : bool
+        Whether another effect is missing: what its law lacks shows after reversals too.
     """
     on_reference = float(np.max(task.reference_removal.get(spec, np.zeros(1)) / np.maximum(spread, 1e-300)))
+    if beside_another and shapes_reversals(spec):
+        return share <= max(SHAPE_SPREAD_SHARE, REFERENCE_RATIO * on_reference)
     if about(spec).after_reversal and not task.reference_removal:
         return share <= SHAPE_SPREAD_SHARE
     least = REFERENCED_SHAPE_SPREAD_SHARE if about(spec).after_reversal else 0.0
     return share <= max(least, REFERENCE_RATIO * on_reference)
+
+
+def shapes_reversals(spec: str) -> bool:
+    """Whether an effect is a law of what follows a reversal, play included."""
+    return about(spec).after_reversal or about(spec).play
 
 
 class RemovedOnReference(Mapping[str, FloatArray]):

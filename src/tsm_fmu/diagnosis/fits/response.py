@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from itertools import pairwise
 from types import ModuleType
 
 import numpy as np
-from scipy.stats import qmc
+from numpy.typing import NDArray
 
 from ...effects import shapes_of, sizes_of
-from ...effects.about import Scale, Shape
 from ...kernels.arrays import FloatArray
 from ...kernels.attached import Attached
 from ...kernels.chain import ModelPart, model_part
@@ -19,16 +19,16 @@ from ...kernels.kernel import Kernel, kernel
 from ...kernels.serving import filling
 from ...models.contract import InputError, flat
 from ...regression.sensitivity import output_jacobian
-from ..criteria import SHAPE_RANGE_RATIO
 from ..runs.motion_signals import Coordinates, coordinates_of, load_channel
+from .extent import Extent, quantiles
 from .refit import Fitted
 
-SHAPES = 7
-"""Shapes tried for each shape parameter of an effect."""
+SIMULATED_ROWS = 500_000
+"""Samples of responses that are simulated at once."""
+COMPARED_ROWS = 3000
+"""Samples of all runs together, drawn at random, at which responses are compared; those with a memory run over all."""
 PROPORTIONAL = 1e-9
 """A response off by no more, over its largest value, grows with its size."""
-EVENLY: tuple[Scale, ...] = ("position", "angle", "share")
-"""Scales over which shapes are spread evenly, and not over the logarithm."""
 
 
 def places_of(fitted: Fitted) -> list[Coordinates]:
@@ -65,31 +65,33 @@ class Responses:
         self.kernel = self.problem.kernel
         self.base = kernel(self.kernel.name)
         self.signals = places_of(fitted)
-        self.extent = _Extent(shaped_by or self.signals)
+        self.extent = Extent(shaped_by or self.signals)
         self.full = [self.problem.every_output(k, row) for k, row in enumerate(fitted.table)]
-        columns = normalised(output_jacobian(fitted.problem, fitted.table, weights))
+        self.rows = _drawn([one.shape[0] for one in self.full])
+        jacobian = output_jacobian(fitted.problem, fitted.table, weights)
+        edges = np.cumsum([0, *(one.shape[0] for one in self.full)])
+        compared = np.concatenate([first + rows for first, rows in zip(edges, self.rows, strict=False)])
+        jacobian = jacobian.reshape(-1, len(weights), jacobian.shape[1])[compared]
+        columns = normalised(jacobian.reshape(-1, jacobian.shape[2]))
         u, singular, _ = np.linalg.svd(columns, full_matrices=False)
         self.basis = u[:, singular > 1e-9 * singular[0]] if singular.size else u
 
     def flat(self, per_run: Sequence[FloatArray]) -> FloatArray:
-        """Runs one after the other, channels weighted, as one column."""
-        return np.concatenate([(r * self.weights).ravel() for r in per_run])
+        """Runs one after the other, channels weighted, as one column: the samples at which responses are compared."""
+        return np.concatenate([(r[rows] * self.weights).ravel() for r, rows in zip(per_run, self.rows, strict=True)])
 
     def outside(self, columns: FloatArray) -> FloatArray:
-        """What of columns the free parameters of the fit cannot imitate."""
-        return columns - self.basis @ (self.basis.T @ columns)
+        """What of columns, along the last axis, the free parameters of the fit cannot imitate."""
+        return columns - (columns @ self.basis) @ self.basis.T
 
     def shapes(self, module: ModuleType) -> list[dict[str, float]]:
         """Values of an effect's shape parameters: spread over what these runs could show."""
-        shapes = shapes_of(module)
-        if not shapes:
-            return [{}]
-        count = max(SHAPES * min(len(shapes), 3), *(shape.tries for shape in shapes.values()))
-        draws = qmc.Halton(len(shapes), rng=7).random(count)
-        return [
-            {n: self.extent.at_quantile(shape, float(q)) for (n, shape), q in zip(shapes.items(), row, strict=True)}
-            for row in draws
-        ]  # fmt: skip
+        return [self.shape_at(module, row) for row in quantiles(module)]
+
+    def shape_at(self, module: ModuleType, quantiles: Sequence[float]) -> dict[str, float]:
+        """Values of an effect's shape parameters at quantiles of their ranges."""
+        shapes = shapes_of(module).items()
+        return {n: self.extent.at_quantile(shape, float(q)) for (n, shape), q in zip(shapes, quantiles, strict=True)}
 
     def limits(self, acting: Acting) -> dict[str, tuple[float, float]]:
         """Range of an effect's parameters by public name: beyond it the effect has another one's signature."""
@@ -119,46 +121,65 @@ class Acting:
         fitted, problem, names = responses.fitted, responses.problem, [v.name for v in responses.kernel.outputs]
         self.channel = names.index(attached.channel) if attached.channel else None
         self.port = None if attached.channel else responses.base.roles.friction
-        self.parts = [
+        parts = [
             model_part(responses.kernel, problem.params(row), run.inputs, full)
             for row, run, full in zip(fitted.table, problem.runs, responses.full, strict=True)
         ]
-        self.before = [self._before(part, full) for part, full in zip(self.parts, responses.full, strict=True)]
-        self.time = np.concatenate([run.time for run in problem.runs])
+        before = [self._before(part, full) for part, full in zip(parts, responses.full, strict=True)]
+        self.before = [one[rows] for one, rows in zip(before, responses.rows, strict=True)]
+        self.full = [one[rows] for one, rows in zip(responses.full, responses.rows, strict=True)]
+        self.parts = [
+            model_part(responses.kernel, problem.params(row), run.inputs[rows], full)
+            for row, run, full, rows in zip(fitted.table, problem.runs, self.full, responses.rows, strict=True)
+        ]
         inputs = [
-            np.column_stack([self.before[k] if v.name == "y" else self._signal(k, v.name) for v in self.effect.inputs])
+            np.column_stack([before[k] if v.name == "y" else self._signal(k, v.name) for v in self.effect.inputs])
             for k in range(len(problem.runs))
         ]
-        self.inputs = np.concatenate(inputs)
-        self.edges = np.cumsum([0, *(run.time.size for run in problem.runs)])
+        time = [run.time for run in problem.runs]
+        self.compared = [*responses.rows]
+        if not attached.module.State._fields:  # without memory: what is not compared need not be simulated
+            inputs, time = ([a[rows] for a, rows in zip(one, responses.rows, strict=True)] for one in (inputs, time))
+            self.compared = [np.arange(rows.size) for rows in responses.rows]
+        self.inputs, self.time = np.concatenate(inputs), np.concatenate(time)
+        self.edges = np.cumsum([0, *(one.size for one in time)])
+        self.defined = bool(np.isfinite(self.inputs).all())
         self.size = float(np.sqrt(np.sum(responses.flat(fitted.residuals) ** 2)))
         self._linear: dict[str, bool] = {}
         """By size parameter, whether the response grows with it: what holds for one shape holds for all."""
 
     def columns(
-        self, shape: Mapping[str, float], steps: Sequence[float] | None = None
-    ) -> tuple[list[FloatArray], list[float]]:
+        self, shapes: Sequence[Mapping[str, float]], steps: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
         """Response to each size parameter alone, and the step it was taken with.
 
         Parameters
         ----------
-        shape : mapping of str to float
+        shapes : sequence of mapping of str to float
             Values of the shape parameters.
-        steps : sequence of float, optional
+        steps : ndarray, shape (shapes, sizes), optional
             Steps of the size parameters; chosen so that the response is of the residual's size by default.
+
+        Returns
+        -------
+        columns : ndarray, shape (shapes, sizes, n)
+            As `Responses.flat`; zero where the effect gives no numbers.
+        steps : ndarray, shape (shapes, sizes)
         """
         columns, taken = [], []
         for number, (name, role) in enumerate(sizes_of(self.attached.module).items()):
             if steps is not None:
-                step = steps[number]
-                column = self.response({**shape, name: step})
+                step = steps[:, number]
+                column = self.responses_to([{**one, name: h} for one, h in zip(shapes, step.tolist(), strict=True)])
             else:
-                first = self.response({**shape, name: role.first})
-                step = self._of_residual_size(name, role.first, float(np.linalg.norm(first)))
-                column = self._grown(shape, name, first, role.first, step)
-            columns.append(column if np.isfinite(column).all() else np.zeros_like(column))
+                first = self.responses_to([{**one, name: role.first} for one in shapes])
+                sizes = np.sqrt(np.einsum("ij,ij->i", first, first))
+                step = np.array([self._of_residual_size(name, role.first, size) for size in sizes.tolist()])
+                column = self._grown(shapes, name, first, role.first, step)
+            column[~np.isfinite(column).all(axis=1)] = 0.0
+            columns.append(column)
             taken.append(step)
-        return columns, taken
+        return np.stack(columns, axis=1), np.stack(taken, axis=1)
 
     def _of_residual_size(self, name: str, first: float, response: float) -> float:
         """Step of a size parameter at which its response is about as large as the residual."""
@@ -166,31 +187,58 @@ class Acting:
             return first
         return math.copysign(min(max(abs(first) * self.size / response, 1e-9), _largest(self.effect, name)), first)
 
-    def _grown(self, shape: Mapping[str, float], name: str, first: FloatArray, at: float, step: float) -> FloatArray:
-        """Response to a step of a size parameter, from that to its first one where it grows with it."""
-        grown = first * (step / at)
+    def _grown(
+        self, shapes: Sequence[Mapping[str, float]], name: str, first: FloatArray, at: float, steps: FloatArray
+    ) -> FloatArray:
+        """Responses to steps of a size parameter, from those to its first one where they grow with it."""
+        grown = first * (steps / at)[:, None]
+        for one, step, column in zip(shapes, steps.tolist(), grown, strict=True):
+            if name in self._linear:
+                break
+            stepped = self.responses_to([{**one, name: step}])[0]
+            most = float(np.abs(stepped).max())
+            if math.isfinite(most) and most > 0.0:
+                self._linear[name] = bool((np.abs(stepped - column) <= PROPORTIONAL * most).all())
         if self._linear.get(name):
             return grown
-        column = self.response({**shape, name: step})
-        most = float(np.abs(column).max())
-        if math.isfinite(most) and most > 0.0:
-            self._linear.setdefault(name, bool((np.abs(column - grown) <= PROPORTIONAL * most).all()))
-        return column
+        return self.responses_to([{**one, name: step} for one, step in zip(shapes, steps.tolist(), strict=True)])
 
-    def response(self, values: Mapping[str, float]) -> FloatArray:
-        """Change of all channels by the effect, as one weighted column."""
-        problem, weights = self.responses.problem, self.responses.weights
-        try:
-            p = self.effect.params(None, values)
-        except InputError:
-            return np.zeros(len(self.time) * len(weights))
-        y = np.full((len(self.time), len(self.effect.outputs)), np.nan)
-        if np.isfinite(self.inputs).all():
-            table = np.tile(np.array(flat(p), dtype=float), (len(problem.runs), 1))
-            spans = np.column_stack([self.edges[:-1], self.edges[1:], self.edges[:-1]])
-            filling(self.effect, table)(table, spans, self.time, self.inputs, y)
-        after = [y[a:b, 0] for a, b in pairwise(self.edges)]
-        return self.responses.flat([self._change(k, one)[:, problem.columns] for k, one in enumerate(after)])
+    def responses_to(self, values: Sequence[Mapping[str, float]]) -> FloatArray:
+        """Change of all channels by the effect, weighted, at several sets of its values, shape (sets, n)."""
+        table, used = [], []
+        for i, one in enumerate(values):
+            with suppress(InputError):  # values that the effect refuses: no response
+                table.append(flat(self.effect.params(None, one)))
+                used.append(i)
+        found = np.zeros((len(values), sum(rows.size for rows in self.responses.rows) * len(self.responses.weights)))
+        at_once = max(1, SIMULATED_ROWS // self.time.size)
+        for first in range(0, len(used), at_once):
+            part = np.array(table[first : first + at_once], dtype=float)
+            found[used[first : first + at_once]] = self._changes(self._after(part))
+        return found
+
+    def _after(self, table: FloatArray) -> FloatArray:
+        """What the effect makes at each row of a table of its parameters, shape (rows of the table, samples)."""
+        runs, total = len(self.edges) - 1, self.time.size
+        y = np.full((len(table) * total, len(self.effect.outputs)), np.nan)
+        if self.defined:
+            one = np.column_stack([self.edges[:-1], self.edges[1:], self.edges[:-1]])
+            spans = np.tile(one, (len(table), 1))
+            spans[:, 2] += np.repeat(np.arange(len(table)) * total, runs)
+            every = np.repeat(table, runs, axis=0)
+            filling(self.effect, every)(every, spans, self.time, self.inputs, y)
+        return y[:, 0].reshape(len(table), total)
+
+    def _changes(self, after: FloatArray) -> FloatArray:
+        """Change of all channels where they are compared, weighted, shape (rows of the table, n)."""
+        columns, weights, found = self.responses.problem.columns, self.responses.weights, []
+        for k, (a, b) in enumerate(pairwise(self.edges)):
+            now = after[:, a:b][:, self.compared[k]]
+            change = np.zeros((*now.shape, len(columns)))
+            for c, (j, weight) in enumerate(zip(columns, weights.tolist(), strict=True)):
+                change[:, :, c] = weight * self._change(k, j, now)
+            found.append(change.reshape(len(after), -1))
+        return np.concatenate(found, axis=1)
 
     def _before(self, part: ModelPart, full: FloatArray) -> FloatArray:
         """What the effect changes, before it."""
@@ -202,16 +250,15 @@ class Acting:
             )
         return full[:, self.channel]
 
-    def _change(self, k: int, after: FloatArray) -> FloatArray:
-        """Change of all outputs of a run by the effect."""
-        part, full = self.parts[k], self.responses.full[k]
-        change = np.zeros_like(full)
+    def _change(self, k: int, output: int, after: FloatArray) -> FloatArray | float:
+        """Change of an output of a run, where it is compared, by what the effect makes there."""
         if self.port:
-            for j, column in enumerate(self.port.write(part.parameters, part.inputs, part.outputs, after)):
-                change[:, j] = column - full[:, j]
-        else:
-            change[:, self.channel] = (self.before[k] - after) * (1.0 if self.attached.on_lost_motion else -1.0)
-        return change
+            part = self.parts[k]
+            written = self.port.write(part.parameters, part.inputs, part.outputs, after)
+            return written[output] - self.full[k][:, output]
+        if output != self.channel:
+            return 0.0
+        return (self.before[k] - after) * (1.0 if self.attached.on_lost_motion else -1.0)
 
     def _signal(self, k: int, name: str) -> FloatArray:
         run, base = self.responses.problem.runs[k], self.responses.base
@@ -231,47 +278,14 @@ class Acting:
         return np.zeros(run.time.size) if value is None else value
 
 
-class _Extent:
-    """Sizes of a motion, from which shape parameters are drawn."""
+def _drawn(sizes: Sequence[int]) -> list[NDArray[np.intp]]:
+    """Numbers of the samples of each run at which responses are compared.
 
-    def __init__(self, signals: Sequence[Coordinates]) -> None:
-        loads = [c.load for c in signals if c.load is not None]
-        span = max(float(np.ptp(c.x)) for c in signals) or 1.0
-        speed, acceleration = (
-            float(np.sqrt(np.mean(np.concatenate([getattr(c, n) for c in signals]) ** 2))) or 1.0 for n in ("v", "a")
-        )
-        self.lowest = min(float(np.min(c.x)) for c in signals)
-        self.highest = max(float(np.max(c.x)) for c in signals)
-        self.scales: dict[Scale, float] = {
-            "stroke": span,
-            "per stroke": 1.0 / span,
-            "travel": max(float(np.sum(np.abs(np.diff(c.x)))) for c in signals) or 1.0,
-            "speed": speed,
-            "acceleration": acceleration,
-            "time": max(float(np.ptp(c.time)) for c in signals),
-            "load": float(np.max(np.abs(np.concatenate(loads)))) if loads else 1.0,
-        }
-
-    def at_quantile(self, shape: Shape, q: float) -> float:
-        """Value of a shape parameter at the quantile ``q`` of its range."""
-        if shape.scale == "turns":
-            return (self.highest - self.lowest or 1.0) / (2.0 * math.pi * (shape.lo + (shape.hi - shape.lo) * q))
-        if shape.scale in EVENLY:
-            share = shape.lo + (shape.hi - shape.lo) * q
-            return self.lowest + (self.highest - self.lowest) * share if shape.scale == "position" else share
-        return self.scales.get(shape.scale, 1.0) * shape.lo * (shape.hi / shape.lo) ** q
-
-    def limits(self, shape: Shape) -> tuple[float, float] | None:
-        """Range that a refit may use; None for that of the declaration."""
-        if shape.scale in ("angle", "share", "number"):
-            return None
-        lo, hi = self.at_quantile(shape, 0.0), self.at_quantile(shape, 1.0)
-        if shape.scale == "turns":
-            return hi, lo  # a drum of fewer turns is no drum: any smooth function of the position
-        if shape.scale in EVENLY:
-            middle, half = 0.5 * (lo + hi), 0.5 * (hi - lo)
-            return middle - SHAPE_RANGE_RATIO * half, middle + SHAPE_RANGE_RATIO * half
-        return lo / SHAPE_RANGE_RATIO, hi * SHAPE_RANGE_RATIO
+    Not every n-th: that may meet each stroke at the same place.
+    """
+    share = min(1.0, COMPARED_ROWS / sum(sizes))
+    rng = np.random.default_rng(7)
+    return [np.sort(rng.choice(size, math.ceil(share * size), replace=False)) for size in sizes]
 
 
 def normalised(columns: FloatArray) -> FloatArray:
