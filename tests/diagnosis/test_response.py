@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tsm_fmu.diagnosis.fits.extent import Extent
 from tsm_fmu.diagnosis.fits.placing import possible
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
-from tsm_fmu.diagnosis.fits.extent import Extent
 from tsm_fmu.diagnosis.fits.response import Responses, _largest, normalised, places_of, public
 from tsm_fmu.diagnosis.runs.motion_signals import Coordinates
 from tsm_fmu.effects import shapes_of, sizes_of
