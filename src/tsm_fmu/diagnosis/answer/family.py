@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from ...effects import about
 from ...effects.about import Family
+from ...kernels.arrays import FloatArray
 from ...regression.problem import FitRun
 from ...regression.sensitivity import output_jacobian
 from ..criteria import FAMILY_SHARE, FAMILY_TIE_SHARE
@@ -29,16 +31,30 @@ def family_evidence(fitted: Fitted, runs: Sequence[FitRun]) -> tuple[FamilyShare
     """
     whole = fitted.at(runs)
     problem, places = whole.problem, places_of(whole)
-    channels = len(problem.channels)
-    moves = output_jacobian(problem, whole.table, np.ones(channels))
-    moves = moves.reshape(moves.shape[0] // channels, channels, moves.shape[1])  # no column where all is fixed
-    found = []
+    moves, found = _moves(fitted, problem.runs), []
     for c, channel in enumerate(problem.channels):
         residuals = [r[:, c] for r in whole.residuals]
         outputs = [run.targets[:, c] - r for run, r in zip(problem.runs, residuals, strict=True)]
         shares = family_shares(residuals, outputs, places, normalised(moves[:, c]))
         found += [FamilyShare(family, channel, share) for family, share in shares.items()]
     return tuple(sorted(found, key=lambda f: -f.share))
+
+
+def _moves(fitted: Fitted, runs: Sequence[FitRun]) -> FloatArray:
+    """What the parameters do at the samples of runs, shape (samples, channels, parameters).
+
+    They are moved on the samples of the fit, which may be fewer: between these it is what lies on a line.
+    """
+    problem = fitted.problem
+    channels = len(problem.channels)
+    moves = output_jacobian(problem, fitted.table, np.ones(channels))
+    moves = moves.reshape(moves.shape[0] // channels, channels, moves.shape[1])  # no column where all is fixed
+    parts = np.split(moves, np.cumsum([few.time.size for few in problem.runs])[:-1])
+    return np.concatenate([
+        make_interp_spline(few.time, part, k=1)(np.clip(run.time, few.time[0], few.time[-1])) if part.size
+        else np.empty((run.time.size, *part.shape[1:]))
+        for few, run, part in zip(problem.runs, runs, parts, strict=True)
+    ])  # fmt: skip
 
 
 def families_of(

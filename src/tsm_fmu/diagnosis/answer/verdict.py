@@ -14,7 +14,7 @@ from ..choice.floors import Floors
 from ..choice.hypotheses import Hypothesis, left_out_in_turn, with_fit
 from ..choice.supported import Choice, indistinguishable, log_residual
 from ..criteria import EFFECT_SPREAD_SHARE, IDLE_SPREAD_SHARE
-from ..fits.nuisance import refit_without, with_free_offsets
+from ..fits.nuisance import best_refit, with_free_offsets
 from ..fits.quantised import with_levels
 from ..fits.refit import Fitted
 from .passivity import sign_notes
@@ -113,11 +113,13 @@ def _without_idle_nuisances(winner: Hypothesis, holdout: Sequence[FitRun], progr
             loose = left_out_in_turn(loose)
         if log_residual(loose) < log_residual(winner):
             fitted = loose.fitted
-    for spec in winner.nuisances:
-        if spec not in winner.effects and float(fitted.share_of(spec).max()) < IDLE_SPREAD_SHARE:
-            progress(f"refit without {spec}")
-            fitted = refit_without(fitted, spec, winner.nuisances)
-    return fitted
+    used = [s for s in winner.nuisances if s in fitted.effects and s not in winner.effects]
+    idle = [s for s in used if float(fitted.share_of(s).max()) < IDLE_SPREAD_SHARE]
+    if not idle:
+        return fitted
+    progress(f"refit without {', '.join(idle)}")
+    kept, released = ([e for e in every if e not in idle] for every in (fitted.effects, fitted.released))
+    return best_refit(fitted, kept, [(fitted.values, fitted.per_run)], winner.nuisances, released)
 
 
 def _unexplained_notes(floors: Floors, channels: Sequence[str]) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from ..criteria import (
     RIVAL_COST_RATIO,
 )
 from ..fits.carried import STEPS as MOVE_STEPS
-from ..fits.nuisance import Start, begun_with, best_refit, refit_with
+from ..fits.nuisance import FIRST_STEPS, Start, begun_with, best_refit, refit_with
 from ..fits.refit import Fitted
 from ..fits.screening import Screened
 from .form import beside, with_shapes_beside
@@ -30,6 +31,9 @@ from .hypotheses import Hypothesis, hypothesis, with_fit
 
 TWINS = 3
 """Best candidates whose look-alikes are refitted too, where a linear step does not show what these could do."""
+LONG_ROWS, EARLY_STEPS, EARLY_RATIO = 10_000, 2, 4.0
+"""Of more samples than these a refit is long: candidates that after so many steps leave so many times what the best one
+leaves are not gone on with."""
 PROBE_ROWS = 3000
 """Samples of all runs together on which candidates are probed."""
 PROBE_STEPS = 4
@@ -111,10 +115,11 @@ def refit_candidates(
         Candidates refitted.
     """
 
-    def begun(s: Screened) -> tuple[Screened, Fitted] | None:
+    def begun(s: Screened, steps: int = FIRST_STEPS) -> tuple[Screened, Fitted] | None:
         progress(f"refit with {s.attached.spec}")
+        second = (starts or {}).get(s.attached.spec)
         try:
-            return s, begun_with(base.fitted, s, base.nuisances, (starts or {}).get(s.attached.spec))
+            return s, begun_with(base.fitted, s, base.nuisances, second, steps=steps)
         except InputError:
             return None  # the values of the linear step are not allowed in the chain
 
@@ -132,9 +137,16 @@ def refit_candidates(
         found = beside(base, s.attached.spec, found)
         return with_shapes_beside(found) if contends else found
 
-    tried = [one for one in together(begun, shortlist(screened, most)) if one is not None]
+    listed = shortlist(screened, most)
+    behind: list[tuple[Screened, Fitted]] = []
+    if sum(run.time.size for run in base.fitted.problem.runs) > LONG_ROWS:
+        early = [one for one in together(partial(begun, steps=EARLY_STEPS), listed) if one is not None]
+        least = min((_log_mean_square(fitted) for _, fitted in early), default=0.0) + np.log(EARLY_RATIO)
+        behind = [(s, fitted) for s, fitted in early if _log_mean_square(fitted) > least]
+        listed = [s for s, fitted in early if _log_mean_square(fitted) <= least]
+    tried = [one for one in together(begun, listed) if one is not None]
     least = min((_log_mean_square(fitted) for _, fitted in tried), default=0.0)
-    return together(refitted, tried)
+    return together(refitted, [*tried, *behind])
 
 
 def _gained(

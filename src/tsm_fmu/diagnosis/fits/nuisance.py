@@ -118,8 +118,9 @@ def with_free_offsets(fitted: Fitted, nuisances: Sequence[str]) -> Fitted:
 
 
 def begun_with(
-    base: Fitted, screened: Screened, nuisances: Sequence[str], second_start: Start | None = None, starts: int = 2
-) -> Fitted:
+    base: Fitted, screened: Screened, nuisances: Sequence[str], second_start: Start | None = None, starts: int = 2,
+    steps: int = FIRST_STEPS,
+) -> Fitted:  # fmt: skip
     """`refit_with` after the first steps from the best of several starts.
 
     Parameters
@@ -131,9 +132,11 @@ def begun_with(
         A second place to start from: the baseline before its nuisance effects took part of the effect.
     starts : int
         Shapes of the linear step to start from; one less with a second place.
+    steps : int
+        Of a refit from each, at most.
     """
     base, effects, places, nuisances, released = _with_added_effect(base, screened, nuisances, second_start, starts)
-    return _no_worse(base, effects, places, screened, nuisances, released, first_steps)
+    return _no_worse(base, effects, places, screened, nuisances, released, partial(first_steps, steps=steps))
 
 
 def refit_with(
@@ -256,18 +259,18 @@ def best_refit(
 
 def first_steps(
     base: Fitted, effects: Sequence[str], starts: Sequence[Place], nuisances: Sequence[str],
-    released: Sequence[str] = (),
+    released: Sequence[str] = (), steps: int = FIRST_STEPS,
 ) -> Fitted:  # fmt: skip
-    """The best of several starts after `FIRST_STEPS` on few samples; the fit holds all of them.
+    """The best of several starts after a few steps on few samples; the fit holds all of them.
 
     Parameters
     ----------
-    base, effects, starts, nuisances, released
+    base, effects, starts, nuisances, released, steps
         As for `best_refit`.
     """
     task = base.task
     few = replace(task, runs=thinned(kernel(task.model), task.runs, FIRST_ROWS, FIRST_ROWS // 10))
-    best = _best_refit_from(few, effects, starts, nuisances, released, FIRST_STEPS)
+    best = _best_refit_from(few, effects, starts, nuisances, released, steps)
     return replace(best, task=task).at(task.runs)
 
 
