@@ -139,16 +139,23 @@ def output_jacobian(problem: Problem, table: FloatArray, weights: FloatArray) ->
     return np.ascontiguousarray((by_channel / (1.0 / weights)[:, None]).reshape(found.shape))
 
 
-def sensitivity_scales(problem: Problem) -> dict[str, float]:
+def sensitivity_scales(problem: Problem, known: Mapping[str, float] | None = None) -> dict[str, float]:
     """Change of each free parameter that moves the channels by one standard deviation (RMS), at the start values.
 
     Infinite for a parameter without any effect on these runs.
+
+    Parameters
+    ----------
+    problem : Problem
+    known : mapping of str to float, optional
+        Of some fields, from values near by; where these are finite they are taken as they are.
     """
-    table, free = problem.start(), problem.space.free
+    known = {name: scale for name, scale in (known or {}).items() if math.isfinite(scale)}
+    table, free = problem.start(), [name for name in problem.space.free if name not in known]
     steps = {name: _output_step(problem, table, name) for name in free}
     at_once = max(1, SCALED_ROWS // sum(run.time.size for run in problem.runs))
     still: list[FloatArray] = []
-    scales: dict[str, float] = {}
+    scales = {name: known[name] for name in problem.space.free if name in known}
     for first in range(0, len(free), at_once):
         names = free[first : first + at_once]
         tables = [_moved(table, problem.fields.index(name), steps[name]) for name in names]

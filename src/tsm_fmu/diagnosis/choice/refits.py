@@ -32,8 +32,8 @@ from .hypotheses import Hypothesis, hypothesis, with_fit
 TWINS = 3
 """Best candidates whose look-alikes are refitted too, where a linear step does not show what these could do."""
 LONG_ROWS, EARLY_STEPS, EARLY_RATIO = 10_000, 2, 4.0
-"""Of more samples than these a refit is long: candidates that after so many steps leave so many times what the best one
-leaves are not gone on with."""
+"""Of more samples than these a refit is long: candidates that after the first step leave so many times what the best
+one leaves are not gone on with."""
 PROBE_ROWS = 3000
 """Samples of all runs together on which candidates are probed."""
 PROBE_STEPS = 4
@@ -115,11 +115,13 @@ def refit_candidates(
         Candidates refitted.
     """
 
-    def begun(s: Screened, steps: int = FIRST_STEPS) -> tuple[Screened, Fitted] | None:
+    def begun(
+        s: Screened, steps: int = FIRST_STEPS, scales: Mapping[str, float] | None = None
+    ) -> tuple[Screened, Fitted] | None:
         progress(f"refit with {s.attached.spec}")
         second = (starts or {}).get(s.attached.spec)
         try:
-            return s, begun_with(base.fitted, s, base.nuisances, second, steps=steps)
+            return s, begun_with(base.fitted, s, base.nuisances, second, steps=steps, scales=scales)
         except InputError:
             return None  # the values of the linear step are not allowed in the chain
 
@@ -140,7 +142,8 @@ def refit_candidates(
     listed = shortlist(screened, most)
     behind: list[tuple[Screened, Fitted]] = []
     if sum(run.time.size for run in base.fitted.problem.runs) > LONG_ROWS:
-        early = [one for one in together(partial(begun, steps=EARLY_STEPS), listed) if one is not None]
+        a_little = partial(begun, steps=EARLY_STEPS, scales=base.fitted.scales)
+        early = [one for one in together(a_little, listed) if one is not None]
         least = min((_log_mean_square(fitted) for _, fitted in early), default=0.0) + np.log(EARLY_RATIO)
         behind = [(s, fitted) for s, fitted in early if _log_mean_square(fitted) > least]
         listed = [s for s, fitted in early if _log_mean_square(fitted) <= least]

@@ -119,7 +119,7 @@ def with_free_offsets(fitted: Fitted, nuisances: Sequence[str]) -> Fitted:
 
 def begun_with(
     base: Fitted, screened: Screened, nuisances: Sequence[str], second_start: Start | None = None, starts: int = 2,
-    steps: int = FIRST_STEPS,
+    steps: int = FIRST_STEPS, scales: Mapping[str, float] | None = None,
 ) -> Fitted:  # fmt: skip
     """`refit_with` after the first steps from the best of several starts.
 
@@ -134,9 +134,12 @@ def begun_with(
         Shapes of the linear step to start from; one less with a second place.
     steps : int
         Of a refit from each, at most.
+    scales : mapping of str to float, optional
+        As for `refit`.
     """
     base, effects, places, nuisances, released = _with_added_effect(base, screened, nuisances, second_start, starts)
-    return _no_worse(base, effects, places, screened, nuisances, released, partial(first_steps, steps=steps))
+    way = partial(first_steps, steps=steps, scales=scales)
+    return _no_worse(base, effects, places, screened, nuisances, released, way)
 
 
 def refit_with(
@@ -259,7 +262,7 @@ def best_refit(
 
 def first_steps(
     base: Fitted, effects: Sequence[str], starts: Sequence[Place], nuisances: Sequence[str],
-    released: Sequence[str] = (), steps: int = FIRST_STEPS,
+    released: Sequence[str] = (), steps: int = FIRST_STEPS, scales: Mapping[str, float] | None = None,
 ) -> Fitted:  # fmt: skip
     """The best of several starts after a few steps on few samples; the fit holds all of them.
 
@@ -267,20 +270,28 @@ def first_steps(
     ----------
     base, effects, starts, nuisances, released, steps
         As for `best_refit`.
+    scales : mapping of str to float, optional
+        As for `refit`.
     """
     task = base.task
     few = replace(task, runs=thinned(kernel(task.model), task.runs, FIRST_ROWS, FIRST_ROWS // 10))
-    best = _best_refit_from(few, effects, starts, nuisances, released, steps)
+    best = _best_refit_from(few, effects, starts, nuisances, released, steps, scales)
     return replace(best, task=task).at(task.runs)
 
 
 def _best_refit_from(
     task: Task, effects: Sequence[str], starts: Sequence[Place], nuisances: Sequence[str], released: Sequence[str],
-    steps: int,
+    steps: int, scales: Mapping[str, float] | None = None,
 ) -> Fitted:  # fmt: skip
     """The best refit of those from each start."""
     per_run, fixed = offsets(task, effects, nuisances, released)
-    options: dict[str, Any] = {"fixed": fixed, "per_run": per_run, "released": released, "steps": steps}
+    options: dict[str, Any] = {
+        "fixed": fixed,
+        "per_run": per_run,
+        "released": released,
+        "steps": steps,
+        "scales": scales,
+    }
     found: list[Fitted] = []
     for values, per_run_start in starts:
         try:

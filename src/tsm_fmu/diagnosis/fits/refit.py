@@ -84,6 +84,11 @@ class Fitted:
         """Independent samples that the residual of each channel is worth."""
         return effective_samples(self.residuals)
 
+    @cached_property
+    def scales(self) -> dict[str, float]:
+        """Change of each free parameter, by field, that moves the channels by a standard deviation."""
+        return sensitivity_scales(self.problem.starting_at(self.table))
+
     @property
     def values(self) -> dict[str, float]:
         """Parameters by public name, the mean over the runs where each has its own."""
@@ -199,7 +204,7 @@ class Task:
 def refit(
     task: Task, effects: Sequence[str], values: Mapping[str, float], *,
     per_run_values: Mapping[str, FloatArray] | None = None, fixed: Sequence[str] = (), per_run: Sequence[str] = (),
-    steps: int = STEPS, released: Sequence[str] = (),
+    steps: int = STEPS, released: Sequence[str] = (), scales: Mapping[str, float] | None = None,
 ) -> Fitted:  # fmt: skip
     """Fit a model with effects from given values; the result is never worse than the start.
 
@@ -219,6 +224,8 @@ def refit(
         Of the descent, at most.
     released : sequence of str
         Kept with the result.
+    scales : mapping of str to float, optional
+        `Fitted.scales` of a fit with other effects and values near by: they are not looked for again.
     """
     kernel = task.kernel(effects)
     known = {v.name for v in kernel.parameters}
@@ -235,7 +242,7 @@ def refit(
     for name, values_ in (per_run_values or {}).items():
         if name in known:
             start[:, [problem.declared[f].name for f in problem.fields].index(name)] = values_
-    sensitivities = sensitivity_scales(problem.starting_at(start))
+    sensitivities = sensitivity_scales(problem.starting_at(start), scales)
     problem = problem.over(problem.space.fixing(_idle(problem, sensitivities)))
     if not problem.space.free:
         raise InputError(

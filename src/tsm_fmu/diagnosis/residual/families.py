@@ -44,22 +44,22 @@ def family_shares(
     """
     step = max(1, sum(r.size for r in residuals) // ROWS)
     rows = np.concatenate([np.arange(r.size) % step == 0 for r in residuals])
-    common = [_joined([(np.ones(c.z.size), c.z, c.s) for c in places]), imitated]
-    basis = np.linalg.qr(np.column_stack(common)[rows])[0]
+    common = [_joined([(np.ones(c.z.size), c.z, c.s) for c in places], step), imitated[rows]]
+    basis = np.linalg.qr(np.column_stack(common))[0]
     y = _outside(np.concatenate(residuals)[rows], basis)
     fold = folds([r.size for r in residuals])[rows]
     found: dict[Family, float] = {}
-    for family, columns in _functions(places, outputs):
-        x = _outside(columns[rows], basis)
+    for family, columns in _functions(places, outputs, step):
+        x = _outside(columns, basis)
         size = np.sqrt(np.mean(x**2, axis=0))
         x = x[:, size > 1e-6] / size[size > 1e-6]
         found[family] = _predicted(x, y, fold) if x.size else 0.0
     return found
 
 
-def _joined(per_run: Sequence[Sequence[FloatArray]]) -> FloatArray:
-    """Functions as columns, runs one after the other."""
-    return np.column_stack([np.concatenate(column) for column in zip(*per_run, strict=True)])
+def _joined(per_run: Sequence[Sequence[FloatArray]], step: int) -> FloatArray:
+    """Functions as columns, every ``step``-th sample of the runs one after the other."""
+    return np.column_stack([np.concatenate([one[::step] for one in column]) for column in zip(*per_run, strict=True)])
 
 
 def _outside(columns: FloatArray, basis: FloatArray) -> FloatArray:
@@ -79,8 +79,10 @@ def _predicted(x: FloatArray, y: FloatArray, fold: NDArray[np.int_]) -> float:
     return best
 
 
-def _functions(places: Sequence[Coordinates], outputs: Sequence[FloatArray]) -> Iterator[tuple[Family, FloatArray]]:
-    """The functions of each family as columns, runs one after the other."""
+def _functions(
+    places: Sequence[Coordinates], outputs: Sequence[FloatArray], step: int = 1
+) -> Iterator[tuple[Family, FloatArray]]:
+    """The functions of each family as columns, made of all samples; of these every ``step``-th, run by run."""
     sizes = _Sizes(places, outputs)
     ways: dict[Family, Callable[[_Sizes, Coordinates, FloatArray], list[FloatArray]]] = {
         "position": _position, "speed": _speed, "acceleration": _acceleration, "load": _load, "time": _time,
@@ -89,7 +91,7 @@ def _functions(places: Sequence[Coordinates], outputs: Sequence[FloatArray]) -> 
     for family, way in ways.items():
         per_run = [way(sizes, c, y) for c, y in zip(places, outputs, strict=True)]
         if per_run[0]:
-            yield family, _joined(per_run)
+            yield family, _joined(per_run, step)
 
 
 class _Sizes:
