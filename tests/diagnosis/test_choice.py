@@ -255,6 +255,9 @@ def test_of_equals_the_one_that_needs_more_parameters_is_dropped() -> None:
     hidden = made("creep", 0.03, parameters=9)
     assert not dominated(hidden, few)
     assert len(choice_of([plain, hidden, few], plain).supported) == 2  # a set: each hides behind the other
+    much_less = made("inertia", 0.02, parameters=6)  # four ninths: alike or not, that is the one
+    assert dominated(hidden, much_less)
+    assert not dominated(hidden, made("inertia", 0.022, parameters=6))
     better = made("acceleration_branches", 0.0279, parameters=9)  # 15 % less, of which 12 may be its three parameters
     assert not dominated(better, few)
     assert len(choice_of([plain, better, few], plain).supported) == 2

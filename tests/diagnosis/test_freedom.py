@@ -90,6 +90,19 @@ def test_a_drift_that_is_asked_for_is_released(rig: Rig, known: dict[str, float]
     assert found.rmse[0] < 1.1 * NOISE < 0.3 * nuisances.rmse[0]
 
 
+def test_a_drift_that_another_fit_had_is_not_taken_over(rig: Rig, known: dict[str, float]) -> None:
+    """A refit from the values of a rival in which the drift was free would leave as little, whatever its effect is."""
+    run = rig(27)
+    drifting = [replace(run, targets=run.targets + 0.013 * (run.time - run.time[0])[:, None])]
+    nuisances = with_nuisances(fitted(drifting, known), FREE)
+    start = {**nuisances.values, "F.offset_drift.c": 0.013}
+    found = best_refit(nuisances, nuisances.effects, [(start, nuisances.per_run)], FREE)
+    assert found.values["F.offset_drift.c"] == 0.0
+    assert found.rmse[0] == pytest.approx(nuisances.rmse[0], rel=0.02)
+    freed = best_refit(nuisances, nuisances.effects, [(start, nuisances.per_run)], FREE, released=["offset_drift@F"])
+    assert freed.rmse[0] < 0.5 * nuisances.rmse[0]
+
+
 def test_another_curve_after_reversals_is_no_gap(rig: Rig, known: dict[str, float], hyperbola: Callable) -> None:
     base = fitted([rig(seed, presliding=hyperbola) for seed in (27, 28)], known)
     nuisances = with_nuisances(base, FREE)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.answer.shape import located, with_position_law
+from tsm_fmu.diagnosis.fits.disguise import disguised
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.diagnosis.fits.screening import screen
 from tsm_fmu.diagnosis.runs.drivers import drives_of
@@ -86,3 +87,15 @@ def test_a_wheel_of_less_than_the_stroke_has_no_name_to_take_and_its_law_is_draw
     assert {c.direction for c in curves} == {"forth", "back"}
     assert all(np.ptp(c.mean) > 0.1 for c in curves)
     assert with_position_law((shown,), base, "F", 0) == (shown,)
+
+
+def test_bursts_so_wide_that_they_run_together_are_no_winding() -> None:
+    """A ripple of harmonics is fitted by wide bursts as well, at the end of their range: it keeps its name."""
+    base = fitted(0.0173)
+    (seen,) = screen(base, [attach(kernel("LuGreFriction"), "winding_crossover~x[m]")], np.array([True]))
+    found = refit(base.task.limited(seen.limits), ("winding_crossover~x[m]",), seen.starts[0], steps=40)
+    assert disguised(found, "winding_crossover~x[m]")
+    base = fitted(0.0173, triangles)
+    (seen,) = screen(base, [attach(kernel("LuGreFriction"), "winding_crossover~x[m]")], np.array([True]))
+    found = refit(base.task.limited(seen.limits), ("winding_crossover~x[m]",), seen.starts[0], steps=40)
+    assert not disguised(found, "winding_crossover~x[m]")

@@ -180,6 +180,9 @@ def test_positions_angles_and_turns_are_spread_evenly() -> None:
     assert one.limits(place) == pytest.approx((-0.4 + 1.1 * (0.4 - 0.6), -0.4 + 1.1 * (0.4 + 0.6)), abs=3e-3)
     assert one.at_quantile(angle, 0.25) == pytest.approx(-0.25)
     assert one.limits(angle) is None
+    width = Shape("width", 0.2, 0.6)
+    assert one.at_quantile(width, 0.25) == pytest.approx(0.3)
+    assert one.limits(width) == pytest.approx((0.2 / 1.3, 0.6 * 1.3))
     per_radian = 1.1 / (2.0 * math.pi)
     assert one.at_quantile(turns, 0.5) == pytest.approx(per_radian / 6.75, rel=2e-3)
     assert one.limits(turns) == pytest.approx((per_radian / 12.0, per_radian / 1.5), rel=2e-3)

@@ -119,6 +119,9 @@ NEARLY_ALL_SHARE = 0.9
 LAW_FORM_SHARE = 0.03
 """A right name may leave this part of the mean square that it removes, because its law is not quite the true one."""
 
+MUCH_LESS_RATIO = 0.5
+"""Of two effects that look like each other the one that leaves less than this many times the mean square is there."""
+
 FIT_SPREAD_SHARE = 0.003
 """A difference between two fits that says nothing about which is right."""
 

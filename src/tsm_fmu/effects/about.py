@@ -29,6 +29,7 @@ Scale = Literal[
     "load",
     "turns",
     "angle",
+    "width",
     "share",
     "number",
 ]
@@ -37,9 +38,9 @@ Scale = Literal[
 ``stroke``: width of the motion; ``per stroke``: its inverse. ``position``: 0 is the lowest and 1 the highest position
 of the motion, so a position may be negative. ``travel``: path of the longest run. ``speed``, ``acceleration``: their
 RMS. ``time``: length of the longest run. ``load``: its largest magnitude. ``turns``: of a drum within the motion; the
-parameter is the motion per radian of the drum, so that a wheel of any size is found. ``angle``: rad. ``share``: a part
-of the whole. ``number``: 1. Positions, angles, turns and shares are spread evenly over their range, the others over its
-logarithm.
+parameter is the motion per radian of the drum, so that a wheel of any size is found. ``angle``: rad. ``width``: rad,
+beyond whose range the law is another one. ``share``: a part of the whole. ``number``: 1. Positions, angles, widths,
+turns and shares are spread evenly over their range, the others over its logarithm.
 """
 
 AsNuisance = Literal["free", "per run", "zero"]

@@ -36,7 +36,7 @@ ABOUT = Effect(
 class Params(NamedTuple):
     A: Annotated[float, Quantity("{y}", "height of a burst, Eq (1)"), Size()] = 0.0
     w: Annotated[
-        float, Quantity("rad", "width of a burst, Eq (2)", lo=0.0, open_lo=True), Shape("angle", 0.08, 0.385)
+        float, Quantity("rad", "width of a burst, Eq (2)", lo=0.0, open_lo=True), Shape("width", 0.08, 0.385)
     ] = 0.2
     x_b: Annotated[float, Quantity("rad", "angle of a burst, Eq (1)"), Shape("angle", 0.0, math.pi)] = 0.0
     h: Annotated[float, Quantity("{y}/({x})", "slope change from the layer step, Eq (1)"), Size()] = 0.0

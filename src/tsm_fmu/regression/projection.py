@@ -84,7 +84,8 @@ class Projected:
 
     @cached_property
     def cost(self) -> float:
-        return float(np.sum(self.residual**2))
+        with np.errstate(over="ignore"):
+            return float(np.sum(self.residual**2))
 
     def reduced(self, columns: FloatArray) -> FloatArray:
         """Derivatives of the residual with the eliminated parameters held, made derivatives of the reduced one."""

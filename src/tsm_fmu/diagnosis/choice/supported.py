@@ -28,6 +28,7 @@ from ..criteria import (
     FIT_SPREAD_SHARE,
     FURTHER_EFFECT_SPREAD_SHARE,
     LAW_FORM_SHARE,
+    MUCH_LESS_RATIO,
     NOTABLE_RATIO,
     PARAMETER_RATIO,
     REFERENCE_RATIO,
@@ -114,8 +115,9 @@ def without_corrections(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> H
 def dominated(one: Hypothesis, other: Hypothesis) -> bool:
     """Whether another hypothesis leaves no more with fewer parameters, but for what noise and rounding make of it.
 
-    Of two effects that hide behind each other the number of parameters does not tell which is there, but for one that
-    needs a value for each run: what is constant in a run and differs between them it could always make.
+    Of two effects that hide behind each other the number of parameters does not tell which is there, unless the other
+    leaves much less, but for one that needs a value for each run: what is constant in a run and differs between them it
+    could always make.
     """
     surplus = one.parameter_count - other.parameter_count
     if surplus <= 0:
@@ -127,7 +129,8 @@ def dominated(one: Hypothesis, other: Hypothesis) -> bool:
     margins = [CONVERGED_SHARE + DIFFERENCE_DEVIANCE / effective + bent for *_, effective in pairs]
     as_little = all((theirs <= mine * (1.0 + m)).all() for (mine, theirs, _), m in zip(pairs, margins, strict=True))
     hides = any(looks_like(spec, other.effects) for spec in one.effects) and one.values_of_runs <= other.values_of_runs
-    return as_little and not hides
+    much_less = all((theirs < MUCH_LESS_RATIO * mine).any() for mine, theirs, _ in pairs)
+    return as_little and (much_less or not hides)
 
 
 def leading(hypotheses: Sequence[Hypothesis]) -> Hypothesis:

@@ -21,7 +21,7 @@ from .placing import least_stroke
 from .refit import Fitted
 from .response import places_of
 
-SCALES = ("time", "travel", "turns")
+SCALES = ("time", "travel", "turns", "width")
 AT_AN_END = 0.02
 """Part of itself by which a scale may miss the end of its range: refits stop so near."""
 

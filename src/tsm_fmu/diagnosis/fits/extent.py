@@ -17,7 +17,9 @@ from ..runs.motion_signals import Coordinates
 
 SHAPES = 7
 """Shapes tried for each shape parameter of an effect."""
-EVENLY: tuple[Scale, ...] = ("position", "angle", "share")
+WIDTH_RATIO = 1.3
+"""A refit may leave the range of widths by this factor: wider bursts run together, and are harmonics."""
+EVENLY: tuple[Scale, ...] = ("position", "angle", "width", "share")
 """Scales over which shapes are spread evenly, and not over the logarithm."""
 
 
@@ -64,6 +66,8 @@ class Extent:
         """Range that a refit may use; None for that of the declaration."""
         if shape.scale in ("angle", "share", "number"):
             return None
+        if shape.scale == "width":
+            return shape.lo / WIDTH_RATIO, shape.hi * WIDTH_RATIO
         lo, hi = self.at_quantile(shape, 0.0), self.at_quantile(shape, 1.0)
         if shape.scale == "turns":
             return hi, lo  # a drum of fewer turns is no drum: any smooth function of the position

@@ -294,6 +294,7 @@ def _best_refit_from(
     }
     found: list[Fitted] = []
     for values, per_run_start in starts:
+        values = {**values, **dict.fromkeys(fixed, 0.0)}  # those of a fit in which they were free are not taken over
         try:
             found.append(refit(task, effects, values, per_run_values=per_run_start, **options))
         except InputError:

@@ -71,8 +71,9 @@ class Responses:
         jacobian = output_jacobian(fitted.problem, fitted.table, weights)
         edges = np.cumsum([0, *(one.shape[0] for one in self.full)])
         compared = np.concatenate([first + rows for first, rows in zip(edges, self.rows, strict=False)])
-        jacobian = jacobian.reshape(-1, len(weights), jacobian.shape[1])[compared]
-        columns = normalised(jacobian.reshape(-1, jacobian.shape[2]))
+        free = jacobian.shape[1]  # none where all is fixed
+        jacobian = jacobian.reshape(edges[-1], len(weights), free)[compared]
+        columns = normalised(jacobian.reshape(compared.size * len(weights), free))
         u, singular, _ = np.linalg.svd(columns, full_matrices=False)
         self.basis = u[:, singular > 1e-9 * singular[0]] if singular.size else u
 
