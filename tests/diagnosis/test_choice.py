@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -24,7 +25,7 @@ MANY = 1e5
 def made(
     added: str, rmse: float, held: float | None = None, *, parameters: int = 5, effective: float = MANY,
     nuisance_specs: dict[str, float] | None = None, unit: float = SPREAD, discrepancy: float = 0.0,
-    referenced: bool = False,
+    referenced: bool = False, gap: float = 0.0,
 ) -> Hypothesis:  # fmt: skip
     """What leaves ``rmse`` (of the spread) on one channel; ``added`` are ids with blanks between."""
     fitted: Any = SimpleNamespace(
@@ -32,7 +33,7 @@ def made(
         problem=SimpleNamespace(shared=tuple(range(parameters)), per_run=(), declared={}, runs=[None]),
         task=SimpleNamespace(
             discrepancy=np.array([discrepancy * unit]),
-            reference_removal={"delay@F": np.zeros(1)} if referenced else {}, limits={}, gap=np.zeros(1),
+            reference_removal={"delay@F": np.zeros(1)} if referenced else {}, limits={}, gap=np.array([gap * unit]),
         ),
     )  # fmt: skip
     square = (None if held is None else np.array([(held * unit) ** 2]), np.array([effective]), np.array([effective]))
@@ -95,15 +96,48 @@ def test_what_takes_the_place_of_another_effect_is_no_correction(left: dict[str,
 @pytest.mark.parametrize(("part", "named"), [(0.96, False), (1.04, True)])
 def test_a_further_effect_must_remove_more_than_one_alone(part: float, named: bool, referenced: bool) -> None:
     """What the first law lacks of the rig's own looks like a second effect; reference runs do not show it."""
-    plain, one = made("", 0.08, referenced=referenced), made("inertia", 0.03, referenced=referenced)
-    both = made("inertia stribeck", refit_without(part * FURTHER_EFFECT_SPREAD_SHARE, 0.03), referenced=referenced)
+    plain, one = (made(a, left, gap=0.08, referenced=referenced) for a, left in (("", 0.08), ("inertia", 0.03)))
+    left = refit_without(part * FURTHER_EFFECT_SPREAD_SHARE, 0.03)
+    both = made("inertia stribeck", left, gap=0.08, referenced=referenced)
     assert names(choice_of([plain, one, both], plain)) == [("inertia", "stribeck") if named else ("inertia",)]
 
 
 def test_two_that_together_remove_little_do_not_hide_the_one_that_is_there() -> None:
     """The larger threshold is for the second: nothing at all is not as good as a pair that removes less than that."""
-    plain, one, both = made("", 0.02), made("inertia", 0.006), made("inertia stribeck", 0.003)
+    left = {"": 0.02, "inertia": 0.006, "inertia stribeck": 0.003}
+    plain, one, both = (made(added, rmse, gap=0.02) for added, rmse in left.items())
     assert names(choice_of([plain, one, both], plain)) == [("inertia",)]
+
+
+def test_where_no_effect_acts_yet_a_further_one_is_as_one_alone() -> None:
+    """The law of the first lacks nothing in a channel that it does not change: 0.6 % of the spread is enough there."""
+
+    def two(added: str, first: float, second: float) -> Hypothesis:
+        one = made(added, first)
+        task, fitted = one.fitted.task, one.fitted
+        vars(task).update(gap=np.array([0.08, 0.02]) * SPREAD, discrepancy=np.zeros(2))
+        vars(fitted).update(spread=np.full(2, SPREAD), rmse=np.array([first, second]) * SPREAD)
+        return replace(one, measured=fitted.rmse**2, effective=np.full(2, MANY), effective_held_out=np.full(2, MANY))
+
+    plain, one = two("", 0.08, 0.02), two("inertia", 0.01, 0.02)
+    elsewhere, there = two("inertia stribeck", 0.01, 0.012), two("inertia stribeck", 0.004, 0.02)
+    assert names(choice_of([plain, one, elsewhere], plain)) == [("inertia", "stribeck")]
+    assert names(choice_of([plain, one, there], plain)) == [("inertia",)]
+
+
+def test_what_leaves_little_more_than_reference_runs_has_nothing_to_explain() -> None:
+    """Within 1.3 times what the model leaves there, a law may bend to the form of the model."""
+    for left, named in ((0.0255, False), (0.0265, True)):
+        plain = made("", left, discrepancy=0.02, referenced=True)
+        one = made("breakaway_ageing", 0.016, discrepancy=0.02, referenced=True)
+        assert names(choice_of([plain, one], plain)) == [("breakaway_ageing",) if named else ()]
+
+
+def test_what_removes_enough_on_held_out_runs_alone_is_not_named() -> None:
+    plain = made("", 0.006, 0.009)
+    assert names(choice_of([plain, made("stiffness_hardening", 0.001, 0.001)], plain)) == [()]
+    plain = made("", 0.007, 0.009)
+    assert names(choice_of([plain, made("stiffness_hardening", 0.001, 0.001)], plain)) == [("stiffness_hardening",)]
 
 
 @pytest.mark.parametrize("spec", ["nonlocal_memory", "backlash", "smooth_backlash", "presliding_shape"])

@@ -114,15 +114,13 @@ def test_the_simpler_of_two_that_leave_as_little_is_built_upon() -> None:
     assert leading([alone, both]) is alone  # with more effects it is not simpler
 
 
-@pytest.mark.parametrize(("effects", "least"), [((), 0.006), (("wear",), 0.025)])
+@pytest.mark.parametrize("least", [0.006, 0.025])
 @pytest.mark.parametrize(("part", "promises"), [(0.98, False), (1.02, True)])
-def test_a_further_effect_must_promise_as_much_as_one_that_is_named(
-    part: float, promises: bool, effects: tuple[str, ...], least: float
-) -> None:
+def test_a_further_effect_must_promise_as_much_as_one_that_is_named(part: float, promises: bool, least: float) -> None:
     """Of 0.05 of the spread the gain takes the least times ``part``: what is left is the root of the difference."""
     after = np.sqrt(0.05**2 - (least * part) ** 2)
     fitted: Any = SimpleNamespace(rmse=np.array([0.001, 0.05]) * 3.7, spread=np.full(2, 3.7))
-    assert _promises(float(-2.0 * np.log(after / 0.05)), fitted, effects) is promises
+    assert _promises(float(-2.0 * np.log(after / 0.05)), fitted, np.array([0.006, least])) is promises
 
 
 def test_every_effect_is_tried_where_it_is_not_yet_and_an_offset_until_it_drifts() -> None:
@@ -164,6 +162,7 @@ def test_it_is_enough_where_the_last_did_not_help_or_nothing_is_left(
 ) -> None:
     best: Any = SimpleNamespace(effects=("a", "b", "c")[:winner], has_large_nuisance=large)
     monkeypatch.setattr(module, "choice_of", lambda found, refitted: SimpleNamespace(winner=best))
+    monkeypatch.setattr(module, "least_of_further", lambda _: np.full(2, 0.006))
     monkeypatch.setattr(module, "open_channels", lambda *_, **__: np.array([False, open_]))
     start: Any = SimpleNamespace(fitted=None)
     baselines: Any = SimpleNamespace(refitted=start, reference=None, stepped=[])

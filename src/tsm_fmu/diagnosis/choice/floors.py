@@ -102,7 +102,7 @@ def floors_of(
 
 def open_channels(
     one: Hypothesis, base: Fitted, reference_fit: Fitted | None, stepped: Sequence[str] = (),
-    least: float = EFFECT_SPREAD_SHARE, form_share: float = LAW_FORM_SHARE,
+    least: FloatArray | float = EFFECT_SPREAD_SHARE, form_share: float = LAW_FORM_SHARE,
 ) -> BoolArray:  # fmt: skip
     """Channels in which a hypothesis leaves something to explain.
 
@@ -115,7 +115,7 @@ def open_channels(
         Baseline on reference runs.
     stepped : sequence of str
         Channels of few levels: what is between two levels follows the motion and wanders, and is no gap.
-    least : float
+    least : float, or ndarray of shape (channels,)
         Part of a channel's spread beyond which a law is a gap.
     form_share : float
         Part of what was removed that may be left.

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...effects import sizes_as
+from ...kernels.arrays import FloatArray
 from ...kernels.attached import Attached
 from ...kernels.kernel import Kernel
 from ...regression.problem import FitRun
@@ -88,7 +89,7 @@ class Search:
         if base.added:
             self.progress("probe of a further effect")
             screened = probe(fitted, screened, base.nuisances)
-            screened = [s for s in screened if _promises(s.gain, before, base.effects)][
+            screened = [s for s in screened if _promises(s.gain, before, least_of_further(base))][
                 : len(base.significant) + FURTHER_CANDIDATES
             ]
         return screened, starts
@@ -115,7 +116,7 @@ class Search:
         # nothing is left to explain, and nothing explained by what is rather a nuisance
         before = self.baselines
         left = open_channels(
-            winner, refitted.fitted, before.reference, before.stepped, least_of_further(winner.effects), form_share=0.0
+            winner, refitted.fitted, before.reference, before.stepped, least_of_further(winner), form_share=0.0
         )
         return not winner.has_large_nuisance and not left.any()
 
@@ -136,6 +137,6 @@ def candidate_places(model: Kernel, fitted: Fitted) -> list[Attached]:
     ]  # fmt: skip
 
 
-def _promises(gain: float, fitted: Fitted, effects: Sequence[str]) -> bool:
-    """Whether a candidate takes enough of what is left to matter beside effects, by its linear step or its probe."""
-    return bool((np.sqrt(-np.expm1(-gain)) * fitted.rmse > least_of_further(effects) * fitted.spread).any())
+def _promises(gain: float, fitted: Fitted, least: FloatArray) -> bool:
+    """Whether a candidate takes at least these parts of the spread of a channel, by its linear step or its probe."""
+    return bool((np.sqrt(-np.expm1(-gain)) * fitted.rmse > least * fitted.spread).any())

@@ -230,7 +230,7 @@ def _within_allowance(
     spread = best.fitted.spread**2
     nearly_explained = _nearly_explained(one, best)
     task, surplus = best.fitted.task, best.parameter_count - one.parameter_count
-    limit = np.square(least_of_further(one.effects) if fewer else FIT_SPREAD_SHARE) * spread
+    limit = np.square(least_of_further(one) if fewer else FIT_SPREAD_SHARE) * spread
     if fewer and not task.reference_removal:  # what is between two levels of a converter is no effect
         limit = np.maximum(limit, (REFERENCE_RATIO * task.discrepancy) ** 2)
     parameters = 0.0 if fewer else PARAMETER_RATIO * max(surplus, 0)
@@ -244,8 +244,10 @@ def _within_allowance(
         removed = np.maximum(before - np.minimum(mine, least), 0.0)
         margin = limit + form * removed + DIFFERENCE_DEVIANCE * np.minimum(mine, least) / effective
         beyond = mine - least > margin + parameters * least
-        # of two that leave no more than the model does on reference runs neither is the better one
-        worse.append(beyond & (fewer | (mine > task.discrepancy**2)))
+        # of two that leave no more than the model does on reference runs neither is the better one, and what leaves
+        # little more than that has nothing to explain
+        ratio = REFERENCE_RATIO * bool(task.reference_removal) if fewer else 1.0
+        worse.append(beyond & (mine > (ratio * task.discrepancy) ** 2))
         better.append((least - mine > margin) & (not fewer))
         gains.append(np.log(np.maximum(mine, 1e-300) / np.maximum(least, 1e-300)))
     # a value for each run can stand for whatever differs between runs: such a law must be better on all of them
@@ -254,12 +256,15 @@ def _within_allowance(
     counts &= ~np.any(better, axis=0)
     if fewer:  # of what is left with it, a surplus effect must explain a notable part: less may mend the model's form
         counts &= np.mean(gains, axis=0) > np.log1p(NOTABLE_RATIO)
+        counts &= one.measured - best.measured > limit  # on the runs that it was fitted to
     return not counts.any()
 
 
-def least_of_further(effects: Sequence[str]) -> float:
-    """Part of a channel's spread that one effect more must remove, beside these."""
-    return FURTHER_EFFECT_SPREAD_SHARE if effects else CLEAN_EFFECT_SPREAD_SHARE
+def least_of_further(one: Hypothesis) -> FloatArray:
+    """Part of each channel's spread that one effect more must remove: more where an effect acts already."""
+    removed = one.fitted.task.gap**2 - one.measured
+    acts = (removed > (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2) & bool(one.effects)
+    return np.where(acts, FURTHER_EFFECT_SPREAD_SHARE, CLEAN_EFFECT_SPREAD_SHARE)
 
 
 def _nearly_explained(one: Hypothesis, best: Hypothesis) -> BoolArray:
