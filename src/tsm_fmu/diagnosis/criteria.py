@@ -103,8 +103,8 @@ CLEAN_EFFECT_SPREAD_SHARE = 0.006
 """An effect is not named if it removes less."""
 
 FURTHER_EFFECT_SPREAD_SHARE = 0.025
-"""One beside another is not named if it removes less: no law of the library is quite that of a rig, and what the first
-lacks looks like a second."""
+"""One in a channel on which another acts is not named if it removes less: no law of the library is quite that of a rig,
+and what the first lacks looks like a second."""
 
 NOTABLE_RATIO = 0.4
 """An effect must remove this many times the mean square that is left with it: less may mend the form of the model."""
