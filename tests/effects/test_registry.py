@@ -27,7 +27,7 @@ OTHER_MEANING = {("checking/sensor.py", "quantisation"), ("cosim/order.py", "del
 UNITS = {
     "stroke": "{x}", "per stroke": "1/({y})", "position": "{x}|rad", "travel": "{x}", "speed": "{x}/s",
     "acceleration": "{x}/s2", "time": "s", "load": "{load}", "turns": "{x}/rad", "angle": "rad", "number": "1",
-    "share": "1",
+    "share": "1", "width": "rad",
 }  # fmt: skip
 """Unit of a shape by its scale."""
 

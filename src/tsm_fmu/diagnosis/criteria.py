@@ -140,6 +140,9 @@ IMITATED_SHARE = 1e-3
 SHAPE_RANGE_RATIO = 2.0
 """A refit may leave the range of the shapes tried by this factor: beyond, an effect has another one's signature."""
 
+WIDTH_RATIO = 1.3
+"""A refit may leave the range of widths by this factor: wider bursts run together, and are harmonics."""
+
 CORE_SHARE = 0.5
 """Part of what an effect does that the sizes which make it must do: a winding without bursts is another law."""
 
@@ -223,6 +226,9 @@ ORDINARY_HZ = 1.0
 
 ORDINARY_TURNS = 1.5
 """Turns of a drum in ordinary use."""
+
+ONE_SIDED_SHARE = 0.9
+"""Part of its mean by which a load swings in ordinary use at most, where it has one sign in all runs: tendons pull."""
 
 VISIBLE_DEVIANCE = 16.0
 """Evidence that such an effect must gain in the runs: twice what tells two hypotheses apart."""

@@ -101,9 +101,10 @@ def _without_effect(baselines: Baselines, winner: Hypothesis, final: Fitted) -> 
 
 
 def _without_idle_nuisances(winner: Hypothesis, holdout: Sequence[FitRun], progress: Callable[[str], None]) -> Fitted:
-    """The winner's fit without the nuisance effects that do nothing; offsets of runs that are named may be free.
+    """The winner's fit to the end, without the nuisance effects that do nothing.
 
-    They are if that does not cost on runs that were not fitted: there they could have taken what is a law.
+    Offsets of runs that are named may be free in it if that does not cost on runs that were not fitted: there they
+    could have taken what is a law.
     """
     fitted = winner.fitted
     if any(sizes_as(effect_of(spec), "per run") for spec in winner.significant):
@@ -113,13 +114,15 @@ def _without_idle_nuisances(winner: Hypothesis, holdout: Sequence[FitRun], progr
             loose = left_out_in_turn(loose)
         if log_residual(loose) < log_residual(winner):
             fitted = loose.fitted
+    progress("refit to the end")
+    fitted = fitted.refined()
     used = [s for s in winner.nuisances if s in fitted.effects and s not in winner.effects]
     idle = [s for s in used if float(fitted.share_of(s).max()) < IDLE_SPREAD_SHARE]
     if not idle:
         return fitted
     progress(f"refit without {', '.join(idle)}")
     kept, released = ([e for e in every if e not in idle] for every in (fitted.effects, fitted.released))
-    return best_refit(fitted, kept, [(fitted.values, fitted.per_run)], winner.nuisances, released)
+    return best_refit(fitted, kept, [(fitted.values, fitted.per_run)], winner.nuisances, released).refined()
 
 
 def _unexplained_notes(floors: Floors, channels: Sequence[str]) -> tuple[str, ...]:

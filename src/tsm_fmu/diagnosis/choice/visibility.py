@@ -24,6 +24,7 @@ from ...regression.threads import together
 from ..criteria import (
     CONTAINED_SHARE,
     EFFECT_SPREAD_SHARE,
+    ONE_SIDED_SHARE,
     ORDINARY_HZ,
     ORDINARY_SPREAD_SHARE,
     ORDINARY_TURNS,
@@ -38,8 +39,6 @@ from .hypotheses import Hypothesis
 
 STEP, LENGTH = 0.01, 16.0
 ROWS = 3000
-ONE_SIDED_SHARE = 0.9
-"""Part of its mean by which a load swings in ordinary use at most, where it has one sign in all runs."""
 
 
 def unexcited(

@@ -40,11 +40,13 @@ def disguised(fitted: Fitted, spec: str) -> bool:
     module = effect_of(spec)
     if "bend" in module.Inputs._fields and angle_stands(fitted, attach(kernel(fitted.model), spec)):
         return True
-    if module.ABOUT.core and not _of_known_drum(fitted, spec) and _little_of_it(fitted, spec, module.ABOUT.core):
+    layers_alone = bool(module.ABOUT.core) and _little_of_it(fitted, spec, module.ABOUT.core)
+    if layers_alone and not _of_known_drum(fitted, spec):
         return True
+    scales = [scale for scale in SCALES if not (scale == "width" and layers_alone)]
     for name, shape in shapes_of(module).items():
         parameter = f"{prefix_of(spec)}{name}"
-        if shape.scale not in SCALES or parameter not in fitted.task.limits:
+        if shape.scale not in scales or parameter not in fitted.task.limits:
             continue
         lo, hi = fitted.task.limits[parameter]
         value, straight = fitted.values[parameter], module.ABOUT.family == "time"

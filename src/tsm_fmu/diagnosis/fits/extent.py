@@ -12,13 +12,11 @@ from scipy.stats import qmc
 from ...effects import shapes_of
 from ...effects.about import Scale, Shape
 from ...kernels.arrays import FloatArray
-from ..criteria import SHAPE_RANGE_RATIO
+from ..criteria import SHAPE_RANGE_RATIO, WIDTH_RATIO
 from ..runs.motion_signals import Coordinates
 
 SHAPES = 7
 """Shapes tried for each shape parameter of an effect."""
-WIDTH_RATIO = 1.3
-"""A refit may leave the range of widths by this factor: wider bursts run together, and are harmonics."""
 EVENLY: tuple[Scale, ...] = ("position", "angle", "width", "share")
 """Scales over which shapes are spread evenly, and not over the logarithm."""
 

@@ -23,6 +23,9 @@ from ..criteria import REMEMBERED_SHARE
 
 STEPS = 15
 """Steps of one refit at most."""
+LAST_STEPS = 30
+LAST_CHANGE = 1e-6
+"""Change of the sum of squares at which the refit of an answer ends, and its steps at most."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +112,11 @@ class Fitted:
     def at(self, runs: Sequence[FitRun]) -> Fitted:
         """A copy with the values found, on the same runs at another sampling."""
         return Fitted(self.task, self.effects, replace(self.problem, runs=list(runs)), self.table, self.released)
+
+    def refined(self) -> Fitted:
+        """A copy at the minimum near by; a refit among many stops some way before it."""
+        table = descent(LAST_STEPS, LAST_CHANGE).refined(self.problem, self.table)
+        return Fitted(self.task, self.effects, self.problem, table, self.released)
 
     def has(self, effect: str) -> bool:
         """Whether the model's own law holds an effect, by parameters that were free to fit it."""
@@ -273,12 +281,12 @@ def as_given(task: Task, effects: Sequence[str]) -> Fitted:
     return Fitted(task, tuple(effects), problem, descent(STEPS).refined(problem, start))
 
 
-def descent(steps: int) -> Descent:
+def descent(steps: int, change: float = 1e-4) -> Descent:
     """How refits descend.
 
     A refit ends when a step changes the sum of squares by 1e-4: gaps are compared to a hundredth.
     """
-    return Descent(1e-4, 1e-6, 1e-8, steps, 1e-5)
+    return Descent(change, 1e-6, 1e-8, steps, 1e-5)
 
 
 def _per_run(kernel: Kernel, task: Task) -> tuple[str, ...]:
