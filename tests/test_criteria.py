@@ -15,13 +15,14 @@ ROOT = Path(__file__).parents[1]
 
 
 FINENESS = {
-    "rows and samples": ("REACH", "ROWS", "SIMULATED_ROWS", "COMPARED_ROWS", "PROBE_ROWS", "REPLAYED", "STEP", "LENGTH",
-                         "ROUNDED", "FEWEST"),
+    "rows and samples": ("REACH", "ROWS", "SIMULATED_ROWS", "COMPARED_ROWS", "PROBE_ROWS", "LONG_ROWS", "COLUMNS",
+                         "REPLAYED", "STEP", "LENGTH", "ROUNDED", "FEWEST"),
     "bins": ("FEWEST_BINS", "BINS", "HALF_WIDTH"),
     "draws": ("NULLS", "SURROGATES", "RESAMPLES", "SMALLEST", "LEVEL"),
     "numerics": ("STEPS", "RIDGE", "DAMPING", "DECIBEL", "SHAPES", "SHRUNK", "FIRST_STEPS", "FIRST_ROWS",
-                 "PROBE_STEPS", "FOLD_STEPS", "FURTHER_STEPS", "LAST_STEPS", "LAST_CHANGE", "INDEPENDENT", "AT_AN_END",
-                 "PROPORTIONAL", "SLOW_STEPS", "FINE_STEPS", "TWINS", "UNREACHED", "NOISE_DEVIATIONS"),
+                 "EARLY_STEPS", "PROBE_STEPS", "FOLD_STEPS", "FURTHER_STEPS", "LAST_STEPS", "LAST_CHANGE",
+                 "INDEPENDENT", "AT_AN_END", "PROPORTIONAL", "SLOW_STEPS", "FINE_STEPS", "TWINS", "UNREACHED",
+                 "NOISE_DEVIATIONS"),
     "the library of functions": ("DISTANCES", "SPEEDS", "WIDTHS", "LAGS", "CENTRED", "HOLD", "TURNING_RAD", "ALIKE",
                                  "BLOCKS", "MOST_FOLDS", "HARMONICS", "SINGLE", "HATS", "LAGGED"),
     "what a page holds": ("LEADING", "MOST_PLACES", "MOST_RUNS", "MOST_DRAWN", "DISTINCT"),

@@ -168,6 +168,9 @@ CONTENDING_RATIO = 2.0
 """Of these, those are refitted to the end that after the first steps leave at most this many times the mean square that
 the best one leaves: later steps seldom halve it."""
 
+EARLY_RATIO = 4.0
+"""Of many samples those that leave this many times what the best one leaves are left out after two steps."""
+
 PLACES_OF_AN_EFFECT = 2
 """Places of one effect among these."""
 

@@ -16,6 +16,7 @@ from ...regression.thinning import thinned
 from ...regression.threads import together
 from ..criteria import (
     CONTENDING_RATIO,
+    EARLY_RATIO,
     FIT_SPREAD_SHARE,
     PLACES_OF_AN_EFFECT,
     PROBED_CANDIDATES,
@@ -31,9 +32,9 @@ from .hypotheses import Hypothesis, hypothesis, with_fit
 
 TWINS = 3
 """Best candidates whose look-alikes are refitted too, where a linear step does not show what these could do."""
-LONG_ROWS, EARLY_STEPS, EARLY_RATIO = 10_000, 2, 4.0
-"""Of more samples than these a refit is long: candidates that after the first step leave so many times what the best
-one leaves are not gone on with."""
+LONG_ROWS = 10_000
+EARLY_STEPS = 2
+"""Of more samples than these a refit is long: after so many steps candidates far behind are not gone on with."""
 PROBE_ROWS = 3000
 """Samples of all runs together on which candidates are probed."""
 PROBE_STEPS = 4
