@@ -99,3 +99,27 @@ def test_bursts_so_wide_that_they_run_together_are_no_winding() -> None:
     (seen,) = screen(base, [attach(kernel("LuGreFriction"), "winding_crossover~x[m]")], np.array([True]))
     found = refit(base.task.limited(seen.limits), ("winding_crossover~x[m]",), seen.starts[0], steps=40)
     assert not disguised(found, "winding_crossover~x[m]")
+
+
+@pytest.mark.parametrize(("centre", "bend"), [(0.0, False), (0.06, False), (-0.3, True), (0.3, True)])
+def test_stiffening_is_one_about_a_position_near_the_middle_of_the_stroke(centre: float, bend: bool) -> None:
+    """About another one its law bends to one side only, as that of a cam or a weight does."""
+
+    def spring(theta: np.ndarray) -> np.ndarray:  # the angle of a wheel of radius 1 is the position and 1.1
+        d = theta - 1.1 - centre
+        return 6.3 * np.sign(d) * np.abs(d) ** 2.7
+
+    base = fitted(1.0, spring)
+    spec = "stiffness_hardening~x[m]"
+    (seen,) = screen(base, [attach(kernel("LuGreFriction"), spec)], np.array([True]))
+    found = refit(base.task.limited(seen.limits), (spec,), seen.starts[0], steps=40)
+    assert disguised(found, spec) == bend
+
+
+def test_a_cam_is_no_spring_that_stiffens() -> None:
+    spec = "stiffness_hardening~x[m]"
+    base = fitted(1.0, lambda theta: 1.9 * np.abs(theta - 1.1 - 0.05) ** 2.2)
+    (seen,) = screen(base, [attach(kernel("LuGreFriction"), spec)], np.array([True]))
+    found = refit(base.task.limited(seen.limits), (spec,), seen.starts[0], steps=40)
+    assert found.rmse[0] < 0.5 * base.rmse[0]  # it could be taken for one
+    assert disguised(found, spec)

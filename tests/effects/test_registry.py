@@ -27,7 +27,7 @@ OTHER_MEANING = {("checking/sensor.py", "quantisation"), ("cosim/order.py", "del
 UNITS = {
     "stroke": "{x}", "per stroke": "1/({y})", "position": "{x}|rad", "travel": "{x}", "speed": "{x}/s",
     "acceleration": "{x}/s2", "time": "s", "load": "{load}", "turns": "{x}/rad", "angle": "rad", "number": "1",
-    "share": "1", "width": "rad",
+    "share": "1", "width": "rad", "centre": "{x}",
 }  # fmt: skip
 """Unit of a shape by its scale."""
 
@@ -91,7 +91,7 @@ def test_ranges_of_shapes_are_in_their_unit_and_within_their_bounds(module):
         assert shape.lo <= shape.hi
         if shape.scale in ("number", "angle", "share"):
             assert q.lo <= shape.lo <= shape.hi <= q.hi
-        if shape.scale == "position":
+        if shape.scale in ("position", "centre"):
             assert np.isneginf(q.lo)
             assert np.isposinf(q.hi)
         elif shape.scale not in ("angle", "share"):

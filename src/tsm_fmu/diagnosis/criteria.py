@@ -143,6 +143,10 @@ SHAPE_RANGE_RATIO = 2.0
 WIDTH_RATIO = 1.3
 """A refit may leave the range of widths by this factor: wider bursts run together, and are harmonics."""
 
+CENTRED_SHARE = 0.5
+"""Part of the stroke, about its middle, in which what stiffens both ways is zero: about another position its law is any
+bend."""
+
 CORE_SHARE = 0.5
 """Part of what an effect does that the sizes which make it must do: a winding without bursts is another law."""
 

@@ -22,6 +22,7 @@ Scale = Literal[
     "stroke",
     "per stroke",
     "position",
+    "centre",
     "travel",
     "speed",
     "acceleration",
@@ -36,11 +37,12 @@ Scale = Literal[
 """What the range of a shape parameter is counted in, of the runs in which the effect is looked for.
 
 ``stroke``: width of the motion; ``per stroke``: its inverse. ``position``: 0 is the lowest and 1 the highest position
-of the motion, so a position may be negative. ``travel``: path of the longest run. ``speed``, ``acceleration``: their
-RMS. ``time``: length of the longest run. ``load``: its largest magnitude. ``turns``: of a drum within the motion; the
-parameter is the motion per radian of the drum, so that a wheel of any size is found. ``angle``: rad. ``width``: rad,
-beyond whose range the law is another one. ``share``: a part of the whole. ``number``: 1. Positions, angles, widths,
-turns and shares are spread evenly over their range, the others over its logarithm.
+of the motion, so a position may be negative; ``centre``: the same, of a law that is another one unless that is near the
+middle. ``travel``: path of the longest run. ``speed``, ``acceleration``: their RMS. ``time``: length of the longest
+run. ``load``: its largest magnitude. ``turns``: of a drum within the motion; the parameter is the motion per radian of
+the drum, so that a wheel of any size is found. ``angle``: rad. ``width``: rad, beyond whose range the law is another
+one. ``share``: a part of the whole. ``number``: 1. Positions, centres, angles, widths, turns and shares are spread
+evenly over their range, the others over its logarithm.
 """
 
 AsNuisance = Literal["free", "per run", "zero"]

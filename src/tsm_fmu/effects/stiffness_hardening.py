@@ -4,7 +4,8 @@
 
     F <- F + k_1 d + k_3 d^3,   d = x - x_c                                             (1)
 
-Limits: k_1 = k_3 = 0 changes nothing; k_3 = 0 is a linear spring. Takes no energy over a closed cycle.
+Limits: k_1 = k_3 = 0 changes nothing; k_3 = 0 is a linear spring. Takes no energy over a closed cycle. About a position
+far from the middle of the stroke it is any bend of the position's law, as a cam or a weight makes, and is not named.
 Source: Duffing (1918).
 """
 
@@ -27,7 +28,7 @@ ABOUT = Effect(
 class Params(NamedTuple):
     k_1: Annotated[float, Quantity("{F}/({x})", "linear stiffness, Eq (1)"), Size()] = 0.0
     k_3: Annotated[float, Quantity("{F}/({x}3)", "cubic stiffness, Eq (1)"), Size()] = 0.0
-    x_c: Annotated[float, Quantity("{x}", "position without force, Eq (1)"), Shape("position", 0.0, 1.0)] = 0.0
+    x_c: Annotated[float, Quantity("{x}", "position without force, Eq (1)"), Shape("centre", 0.0, 1.0)] = 0.0
 
 
 NEUTRAL = Params()

@@ -17,7 +17,7 @@ from .explained import of_explained_channels
 from .floors import Floors, floors_of
 from .hypotheses import Hypothesis, can_leave_out, left_out_in_turn
 from .patches import without_patches
-from .supported import Choice, choice_of, clearly_worse, log_residual
+from .supported import Choice, choice_of, clearly_worse, dominated, log_residual
 
 FREE_FAMILIES = ("position", "time")
 """Families of smooth laws of one coordinate."""
@@ -76,7 +76,8 @@ def select(
     if len(choice.winner.effects) > MOST_EFFECTS:  # its nuisance effects counted: some sum of so many closes any gap
         floors = replace(floors, unexplained=np.ones_like(floors.open_))
     wrong_elsewhere = holdout and _misleads(choice.winner, baselines.refitted, holdout)
-    if wrong_elsewhere or any(_any_law_of_a_coordinate(h.effects) for h in choice.supported):
+    any_law = any(_any_law_of_a_coordinate(h.effects) for h in choice.supported)
+    if wrong_elsewhere or any_law or _imitates(choice.winner, judged):
         floors = replace(floors, unexplained=np.ones_like(floors.open_))
     if floors.unexplained.any():
         explained = ~(floors.open_ | floors.unexplained)
@@ -95,6 +96,12 @@ def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) 
     after, before = (rms(h.fitted.held_out_errors(holdout)) for h in (one, refitted))
     spread = one.fitted.spread
     return bool((after > np.maximum(MISLEADING_RATIO * before, EFFECT_SPREAD_SHARE * spread)).any())
+
+
+def _imitates(one: Hypothesis, hypotheses: Sequence[Hypothesis]) -> bool:
+    """Whether a law that is none of the library's leaves as little as an answer with fewer parameters."""
+    disguised = [h for h in hypotheses if h.disguised and len(h.effects) <= len(one.effects)]
+    return any(dominated(one, other) for other in disguised)
 
 
 def _any_law_of_a_coordinate(effects: Sequence[str]) -> bool:

@@ -1,8 +1,9 @@
 """Laws that have lost their signature: a fit has driven their scale to the end of the range in which they have one.
 
 Break-away that ages within a sample is a step after every rest, wear that is over at once a start-up: some other law,
-in the words of this one; a drum of as few turns as it may have is any smooth law of the position. Only scales in time,
-travel and turns count: of them a signature is made.
+in the words of this one; a drum of as few turns as it may have is any smooth law of the position, and so is a spring
+that stiffens about an end of the stroke. Only scales in time, travel, turns, widths and centres count: of them a
+signature is made.
 """
 
 from __future__ import annotations
@@ -15,13 +16,13 @@ from ...effects import effect_of, prefix_of, shapes_of
 from ...kernels.attached import Attached
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
-from ..criteria import CORE_SHARE, STANDING_SHARE
+from ..criteria import CENTRED_SHARE, CORE_SHARE, SHAPE_RANGE_RATIO, STANDING_SHARE
 from ..runs.motion_signals import coordinate_units
 from .placing import least_stroke
 from .refit import Fitted
 from .response import places_of
 
-SCALES = ("time", "travel", "turns", "width")
+SCALES = ("time", "travel", "turns", "width", "centre")
 AT_AN_END = 0.02
 """Part of itself by which a scale may miss the end of its range: refits stop so near."""
 
@@ -50,7 +51,10 @@ def disguised(fitted: Fitted, spec: str) -> bool:
             continue
         lo, hi = fitted.task.limits[parameter]
         value, straight = fitted.values[parameter], module.ABOUT.family == "time"
-        if value <= lo * (1.0 + AT_AN_END) or (value >= hi * (1.0 - AT_AN_END) and not straight):
+        if shape.scale == "centre":
+            if abs(value - 0.5 * (lo + hi)) > 0.5 * CENTRED_SHARE * (hi - lo) / SHAPE_RANGE_RATIO:
+                return True
+        elif value <= lo * (1.0 + AT_AN_END) or (value >= hi * (1.0 - AT_AN_END) and not straight):
             return True
     return False
 

@@ -17,7 +17,7 @@ from ..runs.motion_signals import Coordinates
 
 SHAPES = 7
 """Shapes tried for each shape parameter of an effect."""
-EVENLY: tuple[Scale, ...] = ("position", "angle", "width", "share")
+EVENLY: tuple[Scale, ...] = ("position", "centre", "angle", "width", "share")
 """Scales over which shapes are spread evenly, and not over the logarithm."""
 
 
@@ -57,7 +57,8 @@ class Extent:
             return (self.highest - self.lowest or 1.0) / (2.0 * math.pi * (shape.lo + (shape.hi - shape.lo) * q))
         if shape.scale in EVENLY:
             share = shape.lo + (shape.hi - shape.lo) * q
-            return self.lowest + (self.highest - self.lowest) * share if shape.scale == "position" else share
+            of_stroke = shape.scale in ("position", "centre")
+            return self.lowest + (self.highest - self.lowest) * share if of_stroke else share
         return self.scales.get(shape.scale, 1.0) * shape.lo * (shape.hi / shape.lo) ** q
 
     def limits(self, shape: Shape) -> tuple[float, float] | None:
