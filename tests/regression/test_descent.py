@@ -37,6 +37,17 @@ def test_a_step_is_that_of_all_rows() -> None:
     assert np.allclose(whole, few, rtol=1e-11, atol=0.0)
 
 
+@pytest.mark.parametrize("beyond", [0.3, 1e-3, 1e-5, 1e-7])
+def test_of_many_rows_columns_that_are_nearly_alike_are_told_apart(beyond: float) -> None:
+    """The products of the columns hold no digit of what is beyond 1e-8 of them."""
+    rng = np.random.default_rng(5)
+    residual, columns = rng.normal(size=31_013), rng.normal(size=(31_013, 4))
+    columns[:, 2] = columns[:, 1] + beyond * columns[:, 2]
+    turned, first = triangle(residual, columns), np.append(np.linalg.norm(residual), np.zeros(4))
+    whole, few = (np.linalg.lstsq(a, -b, rcond=None)[0] for a, b in ((columns, residual), (turned, first)))
+    assert np.allclose(whole, few, rtol=1e-7, atol=0.0)
+
+
 @pytest.mark.parametrize("lead", [0, 37])
 @pytest.mark.parametrize("tie", [0.0, 3.1])
 def test_slopes_are_those_of_every_value_moved_alone(lead: int, tie: float) -> None:

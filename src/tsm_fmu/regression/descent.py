@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr
+from scipy.linalg import LinAlgError, cholesky, qr
 from scipy.optimize import least_squares
 
 from ..kernels.arrays import FloatArray
@@ -26,6 +26,8 @@ FARTHEST = 10.0
 """The scale of a positive parameter is not beyond this many times its value, where a slope means nothing."""
 CACHED_ROWS, MANY_ROWS = 4096, 30_000
 """Of more than `MANY_ROWS` so many are factorised at once, which stay in a processor's cache, then their factors."""
+APART = 1e-4
+"""Part of each column beyond those before it from which on their products tell them apart, to half the digits."""
 
 
 @dataclass(frozen=True)
@@ -198,16 +200,31 @@ def triangle(residual: FloatArray, columns: FloatArray) -> FloatArray:
     columns : ndarray, shape (rows, n)
     """
     stacked = np.column_stack([residual, columns])
-    if len(stacked) > MANY_ROWS:
-        parts = range(0, len(stacked), CACHED_ROWS)
-        stacked = np.vstack([_factor(stacked[k : k + CACHED_ROWS]) for k in parts])
-    turned = _factor(stacked)
+    turned = _of_products(stacked) if len(stacked) > MANY_ROWS else _factor(stacked)
     found = np.zeros((columns.shape[1] + 1, columns.shape[1]))
     rows = min(len(found), len(turned))
     found[:rows] = turned[:rows, 1:]
     if turned[0, 0] < 0.0:
         found[0] *= -1.0
     return found
+
+
+def _of_products(rows: FloatArray) -> FloatArray:
+    """`_factor` of many rows: from the products of the columns, a fifth of the work, or where these are too alike not.
+
+    Products lose half the digits of what a column has beyond the others.
+    """
+    products = rows.T @ rows
+    sizes = np.sqrt(np.diag(products))
+    if (sizes > 0.0).all() and np.isfinite(products).all():
+        try:
+            found = cholesky(products / np.outer(sizes, sizes), check_finite=False)
+        except LinAlgError:
+            found = np.zeros_like(products)
+        if (np.diag(found) > APART).all():
+            return found * sizes
+    parts = range(0, len(rows), CACHED_ROWS)
+    return _factor(np.vstack([_factor(rows[k : k + CACHED_ROWS]) for k in parts]))
 
 
 def _factor(rows: FloatArray) -> FloatArray:

@@ -136,7 +136,8 @@ def output_jacobian(problem: Problem, table: FloatArray, weights: FloatArray) ->
     found = finite_differences(problem.outputs_at, still, moves, _width(problem, problem.space.free))
     channels = len(problem.channels)
     by_channel = found.reshape(len(found) // channels, channels, found.shape[1])  # also without a free parameter
-    return np.ascontiguousarray((by_channel / (1.0 / weights)[:, None]).reshape(found.shape))
+    with np.errstate(divide="ignore"):  # a channel without weight
+        return np.ascontiguousarray((by_channel / (1.0 / weights)[:, None]).reshape(found.shape))
 
 
 def sensitivity_scales(problem: Problem, known: Mapping[str, float] | None = None) -> dict[str, float]:

@@ -122,7 +122,7 @@ def _without_idle_nuisances(winner: Hypothesis, holdout: Sequence[FitRun], progr
         return fitted
     progress(f"refit without {', '.join(idle)}")
     kept, released = ([e for e in every if e not in idle] for every in (fitted.effects, fitted.released))
-    return best_refit(fitted, kept, [(fitted.values, fitted.per_run)], winner.nuisances, released).refined()
+    return best_refit(fitted, kept, [(fitted.values, fitted.per_run)], winner.nuisances, released)
 
 
 def _unexplained_notes(floors: Floors, channels: Sequence[str]) -> tuple[str, ...]:

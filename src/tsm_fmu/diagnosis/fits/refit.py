@@ -24,8 +24,10 @@ from ..criteria import REMEMBERED_SHARE
 STEPS = 15
 """Steps of one refit at most."""
 LAST_STEPS = 30
-LAST_CHANGE = 1e-6
+LAST_CHANGE = 1e-5
 """Change of the sum of squares at which the refit of an answer ends, and its steps at most."""
+LAST_GAIN = 0.01
+"""Part of the sum of squares that it must be worth."""
 
 
 @dataclass(frozen=True)
@@ -114,9 +116,13 @@ class Fitted:
         return Fitted(self.task, self.effects, replace(self.problem, runs=list(runs)), self.table, self.released)
 
     def refined(self) -> Fitted:
-        """A copy at the minimum near by; a refit among many stops some way before it."""
+        """A copy at the minimum near by: a refit among many may stop some way before it.
+
+        The same where that is worth less than gaps are compared to: what the runs leave open would only wander.
+        """
         table = descent(LAST_STEPS, LAST_CHANGE).refined(self.problem, self.table)
-        return Fitted(self.task, self.effects, self.problem, table, self.released)
+        found = Fitted(self.task, self.effects, self.problem, table, self.released)
+        return found if found.cost < (1.0 - LAST_GAIN) * self.cost else self
 
     def has(self, effect: str) -> bool:
         """Whether the model's own law holds an effect, by parameters that were free to fit it."""
