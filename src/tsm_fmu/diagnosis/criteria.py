@@ -166,7 +166,7 @@ MOST_EFFECTS = 3
 """Effects in a hypothesis, and in an answer: with more, almost any gap can be closed."""
 
 REFITTED_CANDIDATES = 8
-"""Candidates refitted, of those that one linear step ranks best; the right one was always among the first seven."""
+"""Candidates refitted, of those that one linear step ranks best; the right one is hardly ever further down."""
 
 CONTENDING_RATIO = 2.0
 """Of these, those are refitted to the end that after the first steps leave at most this many times the mean square that
