@@ -21,7 +21,7 @@ ABOUT = Effect(
     shown_by="nested reversals: small strokes in large ones",
     places=("friction",),
     family="history",
-    looks_like=("tendon_elasticity",),
+    looks_like=("presliding_shape", "tendon_elasticity"),
     after_reversal=True,
 )
 

@@ -76,17 +76,21 @@ def verdict_of(
     common = [e for e in sets[0] if all(e in ids for ids in sets)]
     alternatives = tuple(dict.fromkeys(e for ids in sets for e in ids if e not in common))
     common += [id_of(one.spec) for one in levels]
-    for effect in [e for e in common if _is_any_reversal(e)]:
+    for effect in [e for e in common if about(e).after_reversal]:
         common.remove(effect)
-        alternatives = tuple(dict.fromkeys((*alternatives, effect, *about(effect).looks_like)))
+        alternatives = tuple(dict.fromkeys((*alternatives, effect, *_other_laws_of_reversals(effect))))
     named = tuple(s for s in (*winner.effects, *(one.spec for one in levels)) if id_of(s) in common)
     notes = (*sign_notes(final), *_unexplained_notes(floors, final.problem.channels))
     return Verdict("named" if named else "ambiguous", final, named, alternatives, notes)
 
 
-def _is_any_reversal(effect: str) -> bool:
-    """Whether an effect stands for whatever friction does after a reversal, play before it included."""
-    return about(effect).after_reversal and about(effect).role == "nuisance"
+def _other_laws_of_reversals(effect: str) -> tuple[str, ...]:
+    """What else such a law may stand for: rigs differ in what friction does after a reversal, and such laws are alike.
+
+    One that is a nuisance parameter stands for play before it too.
+    """
+    alike = about(effect).looks_like
+    return alike if about(effect).role == "nuisance" else tuple(e for e in alike if about(e).after_reversal)
 
 
 def _without_effect(baselines: Baselines, winner: Hypothesis, final: Fitted) -> Verdict:
