@@ -245,9 +245,9 @@ CONTAINED_SHARE = 0.03
 
 # The way to a model that predicts
 
-LOST_SHARE = 0.3
-"""Part of a channel's spread beyond which a refit may have lost its way, and is begun from other starts too: what is
-missing of a friction model is seldom as much."""
+LOST_SHARE = 1.0
+"""Part of a channel's spread beyond which a refit from default values has lost its way: a constant of each run would do
+better."""
 
 PARAMETER_GAIN = 0.03
 """Log of the mean squares, over the channels, on runs left out that each parameter of a step must gain: less is hardly

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...kernels.kernel import kernel
 from ...regression.multistart import MultiStart
 from ...regression.problem import FitRun
 from ...regression.solver import SearchLog
@@ -122,7 +123,8 @@ def refitted_model(
         Start values of the others, instead of those given.
     """
     first = refit(task, effects, values or {}, per_run_values=given.per_run if given else None)
-    if (first.rmse > LOST_SHARE * first.spread).any():
+    by_default = values is None and not any(v.name in task.values for v in kernel(task.model).parameters)
+    if by_default and (first.rmse > LOST_SHARE * first.spread).any():
         first = min(first, _from_several_starts(first), key=lambda f: f.cost)
     if len(task.channels) < 2:
         return first
