@@ -51,6 +51,12 @@ def fitted(radius: float, law: Callable[[np.ndarray], np.ndarray] = ripple) -> F
     return refit(Task("LuGreFriction", runs.measured, runs.channels, GIVEN, drives=drives_of(runs.model)), (), {})
 
 
+def explained(base: Fitted, spec: str) -> Fitted:
+    """The refit with an effect, from where the screening would begin."""
+    (seen,) = screen(base, [attach(kernel("LuGreFriction"), spec)], np.array([True]))
+    return refit(base.task.limited(seen.limits), (spec,), seen.starts[0], steps=40)
+
+
 @pytest.mark.parametrize("radius", [0.0173, 0.031])
 def test_the_period_of_a_wheel_of_unknown_size_is_found(radius: float) -> None:
     base = fitted(radius)
@@ -67,8 +73,7 @@ def test_the_period_of_a_wheel_of_unknown_size_is_found(radius: float) -> None:
 def test_narrow_bursts_of_a_wheel_of_unknown_size_are_found(radius: float) -> None:
     """Of a thousand sizes and angles few fit at all; those that come closest are searched around."""
     base = fitted(radius, triangles)
-    (seen,) = screen(base, [attach(kernel("LuGreFriction"), "winding_crossover~x[m]")], np.array([True]))
-    found = refit(base.task.limited(seen.limits), ("winding_crossover~x[m]",), seen.starts[0], steps=40)
+    found = explained(base, "winding_crossover~x[m]")
     assert found.values["winding_crossover.r"] == pytest.approx(radius, rel=0.004)
     assert found.values["winding_crossover.A"] == pytest.approx(0.19, rel=0.15)
     assert found.rmse[0] < 0.6 * base.rmse[0]
@@ -92,12 +97,10 @@ def test_a_wheel_of_less_than_the_stroke_has_no_name_to_take_and_its_law_is_draw
 def test_bursts_so_wide_that_they_run_together_are_no_winding() -> None:
     """A ripple of harmonics is fitted by wide bursts as well, at the end of their range: it keeps its name."""
     base = fitted(0.0173)
-    (seen,) = screen(base, [attach(kernel("LuGreFriction"), "winding_crossover~x[m]")], np.array([True]))
-    found = refit(base.task.limited(seen.limits), ("winding_crossover~x[m]",), seen.starts[0], steps=40)
+    found = explained(base, "winding_crossover~x[m]")
     assert disguised(found, "winding_crossover~x[m]")
     base = fitted(0.0173, triangles)
-    (seen,) = screen(base, [attach(kernel("LuGreFriction"), "winding_crossover~x[m]")], np.array([True]))
-    found = refit(base.task.limited(seen.limits), ("winding_crossover~x[m]",), seen.starts[0], steps=40)
+    found = explained(base, "winding_crossover~x[m]")
     assert not disguised(found, "winding_crossover~x[m]")
 
 
@@ -111,15 +114,13 @@ def test_stiffening_is_one_about_a_position_near_the_middle_of_the_stroke(centre
 
     base = fitted(1.0, spring)
     spec = "stiffness_hardening~x[m]"
-    (seen,) = screen(base, [attach(kernel("LuGreFriction"), spec)], np.array([True]))
-    found = refit(base.task.limited(seen.limits), (spec,), seen.starts[0], steps=40)
+    found = explained(base, spec)
     assert disguised(found, spec) == bend
 
 
 def test_a_cam_is_no_spring_that_stiffens() -> None:
     spec = "stiffness_hardening~x[m]"
     base = fitted(1.0, lambda theta: 1.9 * np.abs(theta - 1.1 - 0.05) ** 2.2)
-    (seen,) = screen(base, [attach(kernel("LuGreFriction"), spec)], np.array([True]))
-    found = refit(base.task.limited(seen.limits), (spec,), seen.starts[0], steps=40)
+    found = explained(base, spec)
     assert found.rmse[0] < 0.5 * base.rmse[0]  # it could be taken for one
     assert disguised(found, spec)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +16,6 @@ from ..logs.record import Record
 from ..models.contract import InputError
 from ..regression.held_out import SETTLING
 from ..regression.problem import FitRun
-from ..regression.threads import together
 from .answer.candidates import candidates_of, rows_of, steps_of
 from .answer.family import families_of, family_evidence
 from .answer.gaps import errors_of, gaps
@@ -278,11 +276,7 @@ def _described(
     )  # fmt: skip
     stage = "given" if verdict.word in ("none", "parameters") else "refitted"
     missing = verdict.word in ("named", "ambiguous", "unknown")
-    looks: list[Callable[[], Any]] = [
-        lambda: located(stages[stage], seed, formulas=missing),
-        lambda: family_evidence(before.refitted.fitted, runs.measured) if missing else (),
-    ]
-    (where, shapes), evidence = together(lambda look: look(), looks)
+    where, shapes = located(stages[stage], seed, formulas=missing)
     given, refitted, final = (model_fit(fitted) for fitted in stages.values())
     bounds = bound_notes(before.refitted.fitted, verdict.final)
     diagnosis = Diagnosis(
@@ -300,6 +294,7 @@ def _described(
         ),
         records=records, preset=preset, seed=seed,
     )  # fmt: skip
+    evidence = family_evidence(before.refitted.fitted, runs.measured) if missing else ()
     channel = leading_channel(diagnosis) or ""
     equivalent = [e for ids in diagnosis.equivalent for e in ids]
     families = families_of(verdict.word, verdict.effects, equivalent, evidence, channel, _closest(found))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -217,12 +218,10 @@ def _of_products(rows: FloatArray) -> FloatArray:
     products = rows.T @ rows
     sizes = np.sqrt(np.diag(products))
     if (sizes > 0.0).all() and np.isfinite(products).all():
-        try:
+        with suppress(LinAlgError):
             found = cholesky(products / np.outer(sizes, sizes), check_finite=False)
-        except LinAlgError:
-            found = np.zeros_like(products)
-        if (np.diag(found) > APART).all():
-            return found * sizes
+            if (np.diag(found) > APART).all():
+                return found * sizes
     parts = range(0, len(rows), CACHED_ROWS)
     return _factor(np.vstack([_factor(rows[k : k + CACHED_ROWS]) for k in parts]))
 

@@ -67,7 +67,7 @@ def verdict_of(
         testable = set(tested) - set(hidden)
         return Verdict("unknown" if testable or not tested else "not_excited", baselines.refitted.fitted)
     winner, levels = choice.winner, baselines.levels
-    final = _without_idle_nuisances(winner, holdout, progress)
+    final = _final_fit(winner, holdout, progress)
     if not winner.effects and not levels:
         return _without_effect(baselines, winner, final)
     if levels:
@@ -104,7 +104,7 @@ def _without_effect(baselines: Baselines, winner: Hypothesis, final: Fitted) -> 
     return Verdict("parameters", final if needs_nuisances else refitted.fitted)
 
 
-def _without_idle_nuisances(winner: Hypothesis, holdout: Sequence[FitRun], progress: Callable[[str], None]) -> Fitted:
+def _final_fit(winner: Hypothesis, holdout: Sequence[FitRun], progress: Callable[[str], None]) -> Fitted:
     """The winner's fit to the end, without the nuisance effects that do nothing.
 
     Offsets of runs that are named may be free in it if that does not cost on runs that were not fitted: there they

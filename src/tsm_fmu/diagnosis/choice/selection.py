@@ -73,11 +73,12 @@ def select(
             floors = replace(floors, unexplained=floors.open_)
         else:
             choice = fewer
-    if len(choice.winner.effects) > MOST_EFFECTS:  # its nuisance effects counted: some sum of so many closes any gap
-        floors = replace(floors, unexplained=np.ones_like(floors.open_))
-    wrong_elsewhere = holdout and _misleads(choice.winner, baselines.refitted, holdout)
-    any_law = any(_any_law_of_a_coordinate(h.effects) for h in choice.supported)
-    if wrong_elsewhere or any_law or _imitates(choice.winner, judged):
+    if (
+        len(choice.winner.effects) > MOST_EFFECTS  # its nuisance effects counted: some sum of so many closes any gap
+        or any(_any_law_of_a_coordinate(h.effects) for h in choice.supported)
+        or _imitates(choice.winner, judged)
+        or (holdout and _misleads(choice.winner, baselines.refitted, holdout))
+    ):
         floors = replace(floors, unexplained=np.ones_like(floors.open_))
     if floors.unexplained.any():
         explained = ~(floors.open_ | floors.unexplained)

@@ -51,7 +51,7 @@ def disguised(fitted: Fitted, spec: str) -> bool:
             continue
         lo, hi = fitted.task.limits[parameter]
         value, straight = fitted.values[parameter], module.ABOUT.family == "time"
-        if shape.scale == "centre":
+        if shape.scale == "centre":  # the limits reach `SHAPE_RANGE_RATIO` times as far from the middle as the stroke
             if abs(value - 0.5 * (lo + hi)) > 0.5 * CENTRED_SHARE * (hi - lo) / SHAPE_RANGE_RATIO:
                 return True
         elif value <= lo * (1.0 + AT_AN_END) or (value >= hi * (1.0 - AT_AN_END) and not straight):

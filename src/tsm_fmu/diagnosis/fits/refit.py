@@ -23,10 +23,10 @@ from ..criteria import REMEMBERED_SHARE
 
 STEPS = 15
 """Steps of one refit at most."""
-LAST_STEPS = 30
-LAST_CHANGE = 1e-5
+REFINED_STEPS = 30
+REFINED_CHANGE = 1e-5
 """Change of the sum of squares at which the refit of an answer ends, and its steps at most."""
-LAST_GAIN = 0.01
+REFINED_GAIN = 0.01
 """Part of the sum of squares that it must be worth."""
 
 
@@ -120,9 +120,9 @@ class Fitted:
 
         The same where that is worth less than gaps are compared to: what the runs leave open would only wander.
         """
-        table = descent(LAST_STEPS, LAST_CHANGE).refined(self.problem, self.table)
+        table = descent(REFINED_STEPS, REFINED_CHANGE).refined(self.problem, self.table)
         found = Fitted(self.task, self.effects, self.problem, table, self.released)
-        return found if found.cost < (1.0 - LAST_GAIN) * self.cost else self
+        return found if found.cost < (1.0 - REFINED_GAIN) * self.cost else self
 
     def has(self, effect: str) -> bool:
         """Whether the model's own law holds an effect, by parameters that were free to fit it."""
