@@ -25,7 +25,7 @@ from .solver import SearchLog, Solution
 
 FARTHEST = 10.0
 """The scale of a positive parameter is not beyond this many times its value, where a slope means nothing."""
-CACHED_ROWS, MANY_ROWS = 4096, 30_000
+CACHED_ROWS, MANY_ROWS = 4096, 10_000
 """Of more than `MANY_ROWS` so many are factorised at once, which stay in a processor's cache, then their factors."""
 APART = 1e-4
 """Part of each column beyond those before it from which on their products tell them apart, to half the digits."""

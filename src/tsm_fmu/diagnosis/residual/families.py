@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from ...effects.about import Family
 from ...kernels.arrays import FloatArray
 from ..runs.motion_signals import Coordinates
 from .library import DISTANCES, LAGS, SPEEDS, folds
+from .predictable import share_left_out
 
 DAMPING = (1e-4, 1e-3, 1e-2, 1e-1, 1.0)
 """Ridge factors tried, relative to the samples."""
@@ -53,7 +53,7 @@ def family_shares(
         x = _outside(columns, basis)
         size = np.sqrt(np.mean(x**2, axis=0))
         x = x[:, size > 1e-6] / size[size > 1e-6]
-        found[family] = _predicted(x, y, fold) if x.size else 0.0
+        found[family] = float(share_left_out(x, y[:, None], fold, DAMPING)[0]) if x.size else 0.0
     return found
 
 
@@ -64,19 +64,6 @@ def _joined(per_run: Sequence[Sequence[FloatArray]], step: int) -> FloatArray:
 
 def _outside(columns: FloatArray, basis: FloatArray) -> FloatArray:
     return columns - basis @ (basis.T @ columns)
-
-
-def _predicted(x: FloatArray, y: FloatArray, fold: NDArray[np.int_]) -> float:
-    parts = [(x[fold == f], y[fold == f]) for f in np.unique(fold)]
-    grams, crosses = [a.T @ a for a, _ in parts], [a.T @ b for a, b in parts]
-    gram, cross, best = sum(grams), sum(crosses), 0.0
-    for damping in DAMPING:
-        missed = 0.0
-        for (a, b), g, c in zip(parts, grams, crosses, strict=True):
-            regular = damping * (y.size - b.size) * np.eye(x.shape[1])
-            missed += float(np.sum((b - a @ np.linalg.solve(gram - g + regular, cross - c)) ** 2))
-        best = max(best, 1.0 - missed / max(float(y @ y), 1e-300))
-    return best
 
 
 def _functions(
