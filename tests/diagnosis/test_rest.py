@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.runs.rest import at_rest, with_quiet_rests
+from tsm_fmu.diagnosis.workflow import diagnose
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record
 
@@ -36,6 +37,30 @@ def test_creep_within_the_noise_is_motion(seed: int) -> None:
     t, v, holds = moves_and_holds(between=1.2 * NOISE)
     found = at_rest(t, v + NOISE * np.random.default_rng(seed).normal(size=t.size))
     assert found[holds].mean() < 0.02
+
+
+@pytest.mark.parametrize("seed", [10, 11])
+@pytest.mark.parametrize("within_s", [0.08, 0.13, 0.7])
+def test_a_slow_reversal_is_motion(within_s: float, seed: int) -> None:
+    """Its speed is within three standard deviations for longer than a window; no more is lost than noise moves."""
+    t = np.arange(0.0, 20.0, DT)
+    v = SPEED * np.sin(6.0 * NOISE / (SPEED * within_s) * (t - 10.0))
+    found = at_rest(t, v + NOISE * np.random.default_rng(seed).normal(size=t.size))
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], found, [0]])))
+    for first, last in ends.reshape(-1, 2):
+        way = np.cumsum(v[first:last]) * DT
+        assert np.ptp(way) < 4.0 * NOISE * DT * np.sqrt(last - first)
+
+
+def test_a_speed_of_a_position_has_no_rests_but_those_of_the_position() -> None:
+    """The steps of an encoder make a speed rough while the drive moves, slow reversals too; where it stands it is 0."""
+    t = np.arange(0.0, 12.0, DT)
+    x = 5e-6 * np.round(0.02 * np.sin(0.9 * t) ** 3 / 5e-6)
+    f = np.sign(np.cos(0.9 * t))
+    one = Record("one", t, {"x": x, "F": f}, {"x": "m", "F": "N"})
+    found = diagnose(LUGRE, [one], values={"F_c": 1.0, "F_s": 1.0})
+    assert any("is what x has moved in each sample" in note for note in found.notes)
+    assert not any("counts as zero" in note for note in found.notes)
 
 
 def test_without_noise_nothing_is_rest() -> None:

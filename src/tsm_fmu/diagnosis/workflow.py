@@ -139,7 +139,7 @@ def diagnose(
         Ctrl-C after the model was refitted.
     """
     every, said = with_speeds_of_position(model, [*measured, *holdout, *reference], cutoff)
-    every, quiet = with_quiet_rests(model, every)
+    every, quiet = (every, []) if said else with_quiet_rests(model, every)  # a position that stands has no noise
     ends = len(measured), len(measured) + len(holdout)
     measured, holdout, reference = every[: ends[0]], every[ends[0] : ends[1]], every[ends[1] :]
     runs = prepared(model, measured, reference, holdout, cutoff, drive)

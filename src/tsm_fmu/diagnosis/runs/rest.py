@@ -2,6 +2,8 @@
 
 A model of friction that is driven by its speed takes noise about zero for tiny motions to and fro, which let its
 presliding state slip until nothing is left of the force of a hold. So where a speed is not told from zero it is zero.
+A slow reversal passes through zero within the noise too, and what it moves there can be a presliding distance: a speed
+that changes steadily is no rest.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import binary_dilation, maximum_filter1d, uniform_filter1d
+from scipy.ndimage import binary_dilation, correlate1d, maximum_filter1d, uniform_filter1d
 
 from ...kernels.arrays import BoolArray, FloatArray
 from ...kernels.kernel import Kernel
@@ -49,7 +51,7 @@ def with_quiet_rests(model: Kernel, records: Sequence[Record]) -> tuple[list[Rec
 
 
 def at_rest(time: FloatArray, speed: FloatArray) -> BoolArray:
-    """Where a speed is not told from zero: within its noise, and on average over `REST_WINDOW_S` too.
+    """Where a speed is not told from zero: within its noise, and over `REST_WINDOW_S` on average and in its slope too.
 
     Parameters
     ----------
@@ -65,7 +67,9 @@ def at_rest(time: FloatArray, speed: FloatArray) -> BoolArray:
     noise = float(white_noise(speed))
     small = maximum_filter1d(np.abs(speed), count) < 1.5 * REST_DEVIATIONS * noise  # the largest of many
     still = np.abs(uniform_filter1d(speed, count)) < REST_DEVIATIONS * noise / np.sqrt(count)
-    return np.asarray(binary_dilation(small & still, np.ones(count, bool)), bool)
+    ramp = np.arange(count) - 0.5 * (count - 1)
+    even = np.abs(correlate1d(speed, ramp)) < REST_DEVIATIONS * noise * np.sqrt(np.sum(ramp**2))
+    return np.asarray(binary_dilation(small & still & even, np.ones(count, bool)), bool)
 
 
 def _window(time: FloatArray) -> int:
