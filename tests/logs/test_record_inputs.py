@@ -269,6 +269,14 @@ def test_quantisation_step_survives_rounding_of_the_log(step):
     assert quantisation_step(np.full(50, 0.3)) == 0.0
 
 
+@pytest.mark.parametrize("step", [0.37, 1.3e-4])
+def test_a_spike_between_the_levels_leaves_the_step_of_a_coarse_converter(step):
+    force = np.random.default_rng(5).choice([-2.0, -1.0, 1.0], 4000) * step + 0.3 * step
+    force[1234] -= 2.51 * step
+    assert np.isclose(quantisation_step(force), step, rtol=1e-3)
+    assert quantisation_step(np.random.default_rng(6).normal(size=4000) * step) == 0.0
+
+
 def test_an_interpolated_encoder_has_no_step_and_is_no_error():
     time = np.arange(4000) * 2e-3
     counts = np.round(np.sin(1.9 * time) / 1.5708e-3) * 1.5708e-3

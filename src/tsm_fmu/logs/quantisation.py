@@ -14,13 +14,14 @@ def quantisation_step(values: NDArray[np.float64]) -> float:
     """Step between the levels of a quantised signal; 0.0 where there is no common step.
 
     The gaps between neighbouring levels give a first step; a straight line through level over level number
-    refines it, so that numbers rounded when the log was written do no harm.
+    refines it, so that numbers rounded when the log was written do no harm. Levels count by their samples: a spike
+    that an amplifier adds is one sample off the levels of the converter.
 
     Parameters
     ----------
     values : ndarray, shape (n,)
     """
-    levels = np.unique(values)
+    levels, samples = np.unique(values, return_counts=True)
     gaps = np.diff(levels)
     # gaps of the rounding of the arithmetic itself are no levels
     gaps = gaps[gaps > 1e-12 * max(1e-300, float(np.abs(levels).max(initial=0.0)))]
@@ -36,9 +37,9 @@ def quantisation_step(values: NDArray[np.float64]) -> float:
         number = np.cumsum(np.concatenate(([0.0], np.rint(np.diff(levels) / step))))
         if number[-1] < 3.0:
             return 0.0
-        slope, start = np.polyfit(number, levels, 1)
+        slope, start = np.polyfit(number, levels, 1, w=np.sqrt(samples))
         step = float(slope)
         if step <= 0.0:
             return 0.0
-    spread = float(np.sqrt(np.mean(np.square(levels - start - step * number))))
+    spread = float(np.sqrt(np.average(np.square(levels - start - step * number), weights=samples)))
     return step if spread < _OFF_GRID * step else 0.0
