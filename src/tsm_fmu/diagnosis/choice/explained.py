@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from ...kernels.arrays import BoolArray
 from ...regression.problem import FitRun
 from ..criteria import CLEAN_EFFECT_SPREAD_SHARE, OPEN_GAP_EFFECTS
@@ -64,5 +62,5 @@ def _closed(one: Hypothesis, refitted: Hypothesis) -> BoolArray:
 
 def _acts_within(one: Hypothesis, spec: str, channels: BoolArray) -> bool:
     """Whether an effect of a hypothesis changes these channels and no other."""
-    changed = np.nan_to_num(one.fitted.share_of(spec), nan=np.inf) > CLEAN_EFFECT_SPREAD_SHARE
+    changed = one.changed_by(spec)
     return bool(changed[channels].any() and not changed[~channels].any())

@@ -162,7 +162,7 @@ def _lost_elsewhere(one: Hypothesis, refitted: Hypothesis, noise: FloatArray) ->
     if one.held_out is None or refitted.held_out is None or not one.effects:
         return np.zeros(noise.size, bool)
     gap, left = refitted.held_out - noise**2, one.held_out - noise**2
-    acts = refitted.measured - one.measured > (EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
+    acts = one.acts & (refitted.measured - one.measured > (EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2)
     plain = gap > (EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
     return acts & plain & (left > (1.0 - EXPLAINED_SHARE) * gap)
 

@@ -9,11 +9,12 @@ from functools import cached_property
 import numpy as np
 
 from ...effects import effect_of, prefix_of, starts_of
-from ...kernels.arrays import FloatArray
+from ...kernels.arrays import BoolArray, FloatArray
 from ...regression.held_out import SETTLING
 from ...regression.problem import FitRun
 from ...regression.threads import together
 from ..criteria import (
+    CLEAN_EFFECT_SPREAD_SHARE,
     FURTHER_EFFECT_SPREAD_SHARE,
     LEFT_OUT_PARTS,
 )
@@ -121,6 +122,15 @@ class Hypothesis:
     def effects(self) -> tuple[str, ...]:
         """All that this hypothesis says is missing."""
         return (*(s for s in self.added if s not in self.form_corrections), *self.significant)
+
+    def changed_by(self, spec: str) -> BoolArray:
+        """Channels that an effect changes; shape (channels,)."""
+        return np.nan_to_num(self.fitted.share_of(spec), nan=np.inf) > CLEAN_EFFECT_SPREAD_SHARE
+
+    @cached_property
+    def acts(self) -> BoolArray:
+        """Channels that its effects change; shape (channels,)."""
+        return np.any([np.zeros(self.measured.size, bool), *map(self.changed_by, self.effects)], axis=0)
 
     @property
     def values_of_runs(self) -> int:

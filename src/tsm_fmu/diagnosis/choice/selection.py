@@ -90,13 +90,12 @@ def select(
 def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:
     """Whether effects, as the measured runs have them, predict held-out runs far worse than the model without them.
 
-    Values may move there, but a law that has to move to be of use is no finding.
+    Values may move there, but a law that has to move to be of use is no finding. Of what the effects change: a channel
+    that they have nothing to do with may be worse because other parameters of it are.
     """
-    if not one.effects:
-        return False
     after, before = (rms(h.fitted.held_out_errors(holdout)) for h in (one, refitted))
     spread = one.fitted.spread
-    return bool((after > np.maximum(MISLEADING_RATIO * before, EFFECT_SPREAD_SHARE * spread)).any())
+    return bool((one.acts & (after > np.maximum(MISLEADING_RATIO * before, EFFECT_SPREAD_SHARE * spread))).any())
 
 
 def _imitates(one: Hypothesis, hypotheses: Sequence[Hypothesis]) -> bool:
