@@ -74,5 +74,8 @@ def test_nothing_is_lost_where_held_out_runs_show_no_gap_nothing_acts_or_nothing
     assert not _lost_elsewhere(one, plain, noise).any()
     still = made("inertia", 0.1199, 0.09)  # on this channel it does nothing
     assert not _lost_elsewhere(still, made("", 0.12, 0.09), noise).any()
+    other = made("inertia", 0.02, 0.09, share=0.0059)  # what other parameters do is not judged
+    assert not _lost_elsewhere(other, made("", 0.12, 0.09), noise).any()
+    assert _lost_elsewhere(made("inertia", 0.02, 0.09, share=0.0061), made("", 0.12, 0.09), noise).all()
     assert not _lost_elsewhere(made("inertia", 0.02), made("", 0.12), noise).any()
     assert not _lost_elsewhere(made("", 0.02, 0.09), made("", 0.12, 0.1), noise).any()  # no effect: nothing is named

@@ -25,9 +25,9 @@ MANY = 1e5
 def made(
     added: str, rmse: float, held: float | None = None, *, parameters: int = 5, effective: float = MANY,
     nuisance_specs: dict[str, float] | None = None, unit: float = SPREAD, discrepancy: float = 0.0,
-    referenced: bool = False, gap: float = 0.0,
+    referenced: bool = False, gap: float = 0.0, share: float = 0.1,
 ) -> Hypothesis:  # fmt: skip
-    """What leaves ``rmse`` (of the spread) on one channel; ``added`` are ids with blanks between."""
+    """What leaves ``rmse`` (of the spread) on one channel; ``added`` are ids with blanks between, each of a size."""
     fitted: Any = SimpleNamespace(
         spread=np.array([unit]), rmse=np.array([rmse * unit]), effects=(*added.split(), *(nuisance_specs or ())),
         problem=SimpleNamespace(shared=tuple(range(parameters)), per_run=(), declared={}, runs=[None]),
@@ -35,6 +35,7 @@ def made(
             discrepancy=np.array([discrepancy * unit]),
             reference_removal={"delay@F": np.zeros(1)} if referenced else {}, limits={}, gap=np.array([gap * unit]),
         ),
+        share_of=lambda spec: np.array([share]),
     )  # fmt: skip
     square = (None if held is None else np.array([(held * unit) ** 2]), np.array([effective]), np.array([effective]))
     nuisance_tests: Any = {spec: (removed, fitted) for spec, removed in (nuisance_specs or {}).items()}

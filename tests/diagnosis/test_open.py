@@ -173,6 +173,7 @@ def test_the_gap_is_that_of_the_held_out_runs_too(leaving: Callable[[Left], Fitt
     spread: FloatArray = left.fitted.spread
     for held_out, unexplained in ((0.3, False), (0.08, True)):
         one = replace(left, held_out=np.square(0.07 * spread))
+        vars(one)["acts"] = np.array([True])
         refitted = replace(before, held_out=np.square(held_out * spread))
         assert floors_of(Choice(one, (one,)), refitted, None).unexplained.all() == unexplained
 

@@ -11,10 +11,12 @@ import pytest
 from tsm_fmu.diagnosis.choice.selection import _any_law_of_a_coordinate, _misleads
 
 
-def leaves(held_out: list[float], effects: tuple[str, ...] = ("inertia",)) -> Any:
+def leaves(
+    held_out: list[float], effects: tuple[str, ...] = ("inertia",), acts: tuple[bool, bool] = (True, True)
+) -> Any:
     errors = [np.tile(held_out, (7, 1)), -np.tile(held_out, (5, 1))]
     fitted = SimpleNamespace(spread=np.array([2.0, 0.3]), held_out_errors=lambda _: errors)
-    return SimpleNamespace(effects=effects, fitted=fitted)
+    return SimpleNamespace(effects=effects, fitted=fitted, acts=np.array(acts) & bool(effects))
 
 
 @pytest.mark.parametrize(
@@ -26,10 +28,12 @@ def leaves(held_out: list[float], effects: tuple[str, ...] = ("inertia",)) -> An
     ],
 )  # fmt: skip
 def test_effects_with_which_held_out_runs_are_predicted_far_worse_mislead(after: list[float], misleads: bool) -> None:
-    """By half more than without them, in any channel, and by more than what is a gap: 1.2 % of the spread."""
+    """By half more than without them, in any channel they change, and by more than a gap: 1.2 % of the spread."""
     before = leaves([0.1 if after[0] != 0.2 else 0.19, 0.01], ())
     assert _misleads(leaves(after), before, [object()]) is misleads  # pyright: ignore[reportArgumentType]
     assert not _misleads(leaves(after, ()), before, [object()])  # pyright: ignore[reportArgumentType]
+    elsewhere = leaves(after, acts=(after[0] < 0.15, after[1] < 0.015))
+    assert not _misleads(elsewhere, before, [object()])  # pyright: ignore[reportArgumentType]
 
 
 def test_a_small_error_that_doubles_misleads_nobody() -> None:

@@ -274,7 +274,16 @@ def test_a_spike_between_the_levels_leaves_the_step_of_a_coarse_converter(step):
     force = np.random.default_rng(5).choice([-2.0, -1.0, 1.0], 4000) * step + 0.3 * step
     force[1234] -= 2.51 * step
     assert np.isclose(quantisation_step(force), step, rtol=1e-3)
-    assert quantisation_step(np.random.default_rng(6).normal(size=4000) * step) == 0.0
+    force[force < -step] = 1.3 * step  # two levels are no grid
+    assert quantisation_step(force) == 0.0
+
+
+def test_three_levels_are_a_grid_where_they_are_evenly_apart_and_recur():
+    drawn = np.random.default_rng(7).integers(0, 3, 500)
+    assert quantisation_step(0.13 + 0.71 * drawn) == pytest.approx(0.71, rel=1e-9)
+    assert quantisation_step(np.array([0.0, 0.71, 0.73])[drawn]) == 0.0
+    assert quantisation_step(np.array([0.0, 0.71, 1.43])[drawn]) == 0.0
+    assert quantisation_step(0.13 + 0.71 * np.arange(3)) == 0.0
 
 
 def test_an_interpolated_encoder_has_no_step_and_is_no_error():

@@ -8,24 +8,28 @@ from numpy.typing import NDArray
 __all__ = ["quantisation_step"]
 
 _OFF_GRID = 0.12  # of a step; values spread evenly between the levels have 0.29
+_RARE = 0.01  # of the samples of the median level
+_FEW_OFF_GRID, _REPEATED = 1e-3, 10  # three levels are no grid by chance: evenly apart, and taken again and again
 
 
 def quantisation_step(values: NDArray[np.float64]) -> float:
     """Step between the levels of a quantised signal; 0.0 where there is no common step.
 
     The gaps between neighbouring levels give a first step; a straight line through level over level number
-    refines it, so that numbers rounded when the log was written do no harm. Levels count by their samples: a spike
-    that an amplifier adds is one sample off the levels of the converter.
+    refines it, so that numbers rounded when the log was written do no harm. What has hardly any of the samples that a
+    level usually has is a spike, added behind the converter, and no level.
 
     Parameters
     ----------
     values : ndarray, shape (n,)
     """
     levels, samples = np.unique(values, return_counts=True)
+    levels = levels[samples >= _RARE * np.median(samples)] if samples.size else levels
     gaps = np.diff(levels)
     # gaps of the rounding of the arithmetic itself are no levels
     gaps = gaps[gaps > 1e-12 * max(1e-300, float(np.abs(levels).max(initial=0.0)))]
-    if gaps.size < 3:
+    few = gaps.size == 2 and values.size >= _REPEATED * levels.size
+    if gaps.size < 3 and not few:
         return 0.0
     smallest = float(np.quantile(gaps, 0.02))
     alike = gaps[(gaps >= 0.5 * smallest) & (gaps <= 1.5 * smallest)]
@@ -35,11 +39,11 @@ def quantisation_step(values: NDArray[np.float64]) -> float:
     start, number = 0.0, np.zeros(levels.size)
     for _ in range(3):
         number = np.cumsum(np.concatenate(([0.0], np.rint(np.diff(levels) / step))))
-        if number[-1] < 3.0:
+        if number[-1] < (2.0 if few else 3.0):
             return 0.0
-        slope, start = np.polyfit(number, levels, 1, w=np.sqrt(samples))
+        slope, start = np.polyfit(number, levels, 1)
         step = float(slope)
         if step <= 0.0:
             return 0.0
-    spread = float(np.sqrt(np.average(np.square(levels - start - step * number), weights=samples)))
-    return step if spread < _OFF_GRID * step else 0.0
+    spread = float(np.sqrt(np.mean(np.square(levels - start - step * number))))
+    return step if spread < (_FEW_OFF_GRID if few else _OFF_GRID) * step else 0.0
