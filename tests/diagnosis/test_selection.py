@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tsm_fmu.diagnosis.choice.selection import _any_law_of_a_coordinate, _misleads
+from tests.diagnosis.test_choice import made
+from tsm_fmu.diagnosis.choice.selection import _any_law_of_a_coordinate, _far_ahead, _misleads
+from tsm_fmu.diagnosis.choice.supported import Choice
 
 
 def leaves(
@@ -51,3 +53,25 @@ def test_a_small_error_that_doubles_misleads_nobody() -> None:
 )  # fmt: skip
 def test_two_laws_of_one_coordinate_at_one_place_are_any_law_of_it(effects: tuple[str, ...], any_law: bool) -> None:
     assert _any_law_of_a_coordinate(effects) is any_law
+
+
+@pytest.mark.parametrize(
+    ("left", "held", "rivals", "ahead"),
+    [
+        (0.033, 0.085, (0.081, 0.117), True),
+        (0.033, 0.085, (0.04, 0.097), False),  # the mean of the log mean squares is less than twice as much
+        (0.055, 0.085, (0.119, 0.119), False),  # of the measured runs' gap more than a fifth is left
+        (0.033, 0.104, (0.119, 0.119), False),  # of other runs a third of what is left is removed
+        (0.033, None, (0.119, 0.119), False),  # nothing to judge by
+    ],
+)
+def test_an_effect_is_there_that_no_other_comes_near_though_something_is_left(
+    left: float, held: float | None, rivals: tuple[float, float], ahead: bool
+) -> None:
+    plain, one, other = made("", 0.12, 0.12 if held else None), made("inertia", left, held), made("creep", *rivals)
+    both = made("inertia creep", 0.9 * left, held)  # a rival must be one without it
+    assert _far_ahead(Choice(one, (one,)), [plain, one, other, both]).tolist() == [ahead]
+    assert not _far_ahead(Choice(one, (one, other)), [plain, one, other]).any()
+    assert not _far_ahead(Choice(plain, (plain,)), [plain, one, other]).any()
+    aside = made("inertia", left, held, share=0.0059)  # it does not act on this channel
+    assert not _far_ahead(Choice(aside, (aside,)), [plain, aside, other]).any()

@@ -120,7 +120,8 @@ LAW_FORM_SHARE = 0.03
 """A right name may leave this part of the mean square that it removes, because its law is not quite the true one."""
 
 MUCH_LESS_RATIO = 0.5
-"""Of two effects that look like each other the one that leaves less than this many times the mean square is there."""
+"""Of two effects that look like each other the one that leaves less than this many times the mean square is there; an
+effect that all others compare to like that is, though something is left."""
 
 FIT_SPREAD_SHARE = 0.003
 """A difference between two fits that says nothing about which is right."""
@@ -208,7 +209,8 @@ SLOW_RATIO = 6.0
 """Residual over its white part beyond which it is no instrument's noise, even if it is smaller than that."""
 
 EXPLAINED_SHARE = 0.8
-"""Part of the gap that effects must close on held-out runs, and where something lawful is left all the same."""
+"""Part of the gap that effects must close on held-out runs, and where something lawful is left all the same; one that no
+other comes near need close it on the measured runs alone."""
 
 OPEN_GAP_EFFECTS = 2
 """At most so many effects are named where something lawful is left: of three flexible laws some sum closes nearly any

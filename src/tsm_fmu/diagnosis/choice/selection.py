@@ -8,9 +8,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...effects import about, place_of
+from ...kernels.arrays import BoolArray
 from ...regression.problem import FitRun
 from ...regression.threads import together
-from ..criteria import EFFECT_SPREAD_SHARE, FOLDED_HYPOTHESES, MISLEADING_RATIO, MOST_EFFECTS
+from ..criteria import (
+    EFFECT_SPREAD_SHARE,
+    EXPLAINED_SHARE,
+    FOLDED_HYPOTHESES,
+    MISLEADING_RATIO,
+    MOST_EFFECTS,
+    MUCH_LESS_RATIO,
+    NOTABLE_RATIO,
+)
 from ..fits.refit import rms
 from .baselines import Baselines
 from .explained import of_explained_channels
@@ -73,6 +82,8 @@ def select(
             floors = replace(floors, unexplained=floors.open_)
         else:
             choice = fewer
+    if floors.unexplained.any():
+        floors = replace(floors, unexplained=floors.unexplained & ~_far_ahead(choice, judged))
     if (
         len(choice.winner.effects) > MOST_EFFECTS  # its nuisance effects counted: some sum of so many closes any gap
         or any(_any_law_of_a_coordinate(h.effects) for h in choice.supported)
@@ -85,6 +96,23 @@ def select(
         part = of_explained_channels(choice, baselines.refitted, explained, found, holdout)
         choice, floors = part or choice, replace(floors, in_part=part is not None)
     return Selection(baselines, tuple(found), choice, floors)
+
+
+def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis]) -> BoolArray:
+    """Channels in which what is left takes no name away: no other effect comes near.
+
+    The only supported hypothesis closes most of the gap of measured runs there and a notable part of that of others,
+    and without its effects twice as much is left at least. What all candidates leave is the form of the model then.
+    """
+    one, plain = choice.winner, hypotheses[0]
+    if len(choice.supported) > 1 or not one.effects or one.held_out is None or plain.held_out is None:
+        return np.zeros(one.measured.size, bool)
+    others = [h for h in hypotheses if not h.disguised and not set(one.effects) <= set(h.effects)]
+    if min(map(log_residual, others)) < log_residual(one) - np.log(MUCH_LESS_RATIO):
+        return np.zeros(one.measured.size, bool)
+    closes = one.measured < (1.0 - EXPLAINED_SHARE) * plain.measured
+    carries_over = plain.held_out - one.held_out > NOTABLE_RATIO * one.held_out
+    return one.acts & closes & carries_over
 
 
 def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:
