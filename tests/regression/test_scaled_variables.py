@@ -64,23 +64,54 @@ def test_bounds_are_those_of_the_space_in_the_same_scale(variables: ScaledVariab
     assert (far < variables.hi).all()
 
 
-def test_what_a_condition_refuses_is_drawn_back_to_its_edge_along_the_line(variables: ScaledVariables) -> None:
-    """C + beta > 0: on the way from the anchor to a point beyond, the last value that is allowed."""
+def test_what_a_condition_refuses_is_drawn_back_straight_to_its_edge(variables: ScaledVariables) -> None:
+    """C + beta > 0: c and beta come back, both logarithms, and nothing else; nearer than on the way to the anchor."""
     names = [axis.field for axis in variables.axes]
     here = variables.of(variables.anchor)
     q = here.copy()
     q[names.index("c")] -= 2.0  # c = 1.00056 - 0.62
+    q[names.index("x_0")] += 0.4
     assert not variables.accepts(q)
     table = variables.table(q)
     c, beta = (table[0, variables.problem.fields.index(n)] for n in ("c", "beta"))
     assert 0.0 < c + beta < 1e-9
+    moved = variables.of(table) - q
+    both = [names.index("c"), names.index("beta")]
+    assert moved[both[0]] > 0.0 > moved[both[1]]
+    assert np.delete(moved, both) == pytest.approx(0.0, abs=1e-5)
+    way = np.linspace(0.0, 1.0, 2001)[:, None] * (here - q) + q
+    first = next(point for point in way if variables.accepts(point))
+    assert np.linalg.norm(moved) < 0.8 * np.linalg.norm(first - q)
+
+
+def test_a_search_that_begins_on_the_edge_of_a_condition_leaves_it(variables: ScaledVariables) -> None:
+    """There every point beyond lies on a line that leads nowhere; what is not of the condition moves all the same."""
+    problem = variables.problem
+    on_edge = variables.anchor.copy()
+    on_edge[:, problem.fields.index("beta")] = -on_edge[:, problem.fields.index("c")] + 1e-12
+    again = ScaledVariables(problem, problem.shared, problem.per_run, SCALES, on_edge)
+    names = [axis.field for axis in again.axes]
+    q = again.of(on_edge)
+    q[names.index("beta")] += 0.3  # a logarithm: further below 0
+    q[names.index("alpha")] += 0.2
+    moved = again.of(again.table(q)) - again.of(on_edge)
+    assert moved[names.index("alpha")] == pytest.approx(0.2, rel=1e-6)
+    assert moved[names.index("c")] == pytest.approx(0.15, rel=0.2)  # along the edge, beside which c = -beta
+    assert moved[names.index("beta")] == pytest.approx(0.15, rel=0.2)
+
+
+def test_a_condition_that_steps_do_not_reach_is_approached_on_the_line(variables: ScaledVariables) -> None:
+    """Where neither c nor beta may come back, the last value on the way from the anchor is taken."""
+    names = [axis.field for axis in variables.axes]
+    here = variables.of(variables.anchor)
+    q = here.copy()
+    q[names.index("c")] -= 2.0
+    q[names.index("x_0")] += 0.4
+    variables.lo, variables.hi = q - 1e-9, q + 1e-9  # for the steps; the line goes beyond
+    table = variables.table(q)
+    variables.lo, variables.hi = np.full(q.size, -50.0), np.full(q.size, 50.0)
     moved = variables.of(table) - here
-    assert moved[[i for i, n in enumerate(names) if n != "c"]] == pytest.approx(0.0, abs=1e-5)
-    both = here.copy()
-    both[names.index("c")] -= 2.0
-    both[names.index("x_0")] += 0.4
-    moved = variables.of(variables.table(both)) - here
-    assert moved[names.index("x_0")] / moved[names.index("c")] == pytest.approx(-0.2, rel=1e-3)  # along the line
+    assert moved[names.index("x_0")] / moved[names.index("c")] == pytest.approx(-0.2, rel=1e-3)
 
 
 def test_only_a_bound_of_zero_that_is_open_makes_a_logarithm() -> None:

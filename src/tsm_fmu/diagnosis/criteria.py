@@ -209,8 +209,8 @@ SLOW_RATIO = 6.0
 """Residual over its white part beyond which it is no instrument's noise, even if it is smaller than that."""
 
 EXPLAINED_SHARE = 0.8
-"""Part of the gap that effects must close on held-out runs, and where something lawful is left all the same; one that no
-other comes near need close it on the measured runs alone."""
+"""Part of the gap that effects must close on held-out runs, and where something lawful is left all the same; one that
+no other comes near need close it on the measured runs alone."""
 
 OPEN_GAP_EFFECTS = 2
 """At most so many effects are named where something lawful is left: of three flexible laws some sum closes nearly any

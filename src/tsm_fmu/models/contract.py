@@ -198,8 +198,12 @@ class Condition(NamedTuple):
 
     def met(self, p: Any) -> bool:
         """Whether the parameters meet it; False for a margin that is no number."""
-        margin = self.margin(self._own(p))
+        margin = self.of(p)
         return margin > 0.0 or (self.closed and margin == 0.0)
+
+    def of(self, p: Any) -> float:
+        """The margin of these parameters."""
+        return self.margin(self._own(p))
 
     def expectation(self, p: Any) -> str:
         """What must hold, with the numbers of these parameters."""

@@ -2,8 +2,8 @@
 
 A parameter with an open bound at zero is searched in its logarithm, every other one in units of the change
 that moves the outputs by one standard deviation. A joint condition of the model has no
-variable of its own: a point outside is drawn back along the line to a valid anchor, on to the boundary. The
-search then slides along that boundary, and the result names the condition that stopped it.
+variable of its own: a point outside is drawn back to the nearest one on the boundary. The search then slides along that
+boundary, also from a start on it, and the result names the condition that stopped it.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from ..kernels.arrays import FloatArray
 from ..models.contract import Quantity
 from .problem import Problem
 
+BACK_STEPS, BACK_DIFFERENCE, BACK_INSIDE = 8, 1e-6, 1e-9
+"""Steps to a boundary at most, the step of a margin's derivatives, and how far inside a point then is, all scaled."""
 DECADES = 6.0
 """A logarithmic variable may leave its start by this much; there it counts as on a bound."""
 
@@ -82,15 +84,45 @@ class ScaledVariables:
     def table(self, q: FloatArray) -> FloatArray:
         """Values at ``q``, drawn back to the boundary where the model refuses them."""
         table = self._raw(q)
-        if not self._refused(table):
-            return table
+        return self._raw(self._drawn_back(q)) if self._refused(table) else table
+
+    def _drawn_back(self, q: FloatArray) -> FloatArray:
+        """A point near by that the model takes; where steps to its edge lead to none, one on the way to the anchor."""
+        near = q.copy()
+        for _ in range(BACK_STEPS):
+            broken = self._broken(near)
+            if broken is None:
+                break
+            margin, slope = broken
+            size = float(np.linalg.norm(slope))
+            if not (np.isfinite(size) and size > 0.0):
+                break
+            near = np.clip(near + (BACK_INSIDE - margin / size) * slope / size, self.lo, self.hi)
+        if not self._refused(self._raw(near)):
+            return near
         anchor = np.array([a.q(self.anchor[a.run or 0, a.column]) for a in self.axes])
         inside, outside = 0.0, 1.0
         for _ in range(40):
             middle = 0.5 * (inside + outside)
             refused = self._refused(self._raw(anchor + middle * (q - anchor)))
             inside, outside = (inside, middle) if refused else (middle, outside)
-        return self._raw(anchor + inside * (q - anchor))
+        return anchor + inside * (q - anchor)
+
+    def _broken(self, q: FloatArray) -> tuple[float, FloatArray] | None:
+        """Margin of the first condition that a run does not meet at ``q``, and its derivatives; None if all are met."""
+        table = self._raw(q)
+        rows = range(len(table) if self.problem.per_run else 1)
+        found = ((k, c) for k in rows if (c := self.problem.unmet(table[k])) is not None)
+        k, condition = next(found, (0, None))
+        if condition is None:
+            return None
+        margin, slope = condition.of(self.problem.params(table[k])), np.zeros(q.size)
+        for i, axis in enumerate(self.axes):
+            if axis.run in (None, k):
+                moved = q.copy()
+                moved[i] += BACK_DIFFERENCE
+                slope[i] = (condition.of(self.problem.params(self._raw(moved)[k])) - margin) / BACK_DIFFERENCE
+        return margin, slope
 
     @property
     def groups(self) -> list[list[int]]:
