@@ -102,6 +102,12 @@ def test_a_start_is_forgotten_after_some_presliding_distances(travel: float, for
     kept = {found.problem.declared[f].name for f in found.problem.per_run}
     assert (kept & initial == set()) is forgotten
     assert names == []  # what is fixed already is not told again
+    two = replace(task, runs=[task.runs[0], task.runs[0]])
+    starts = {name: np.array([0.017, 0.031]) for name in initial}
+    apart = refit(two, (), {}, per_run_values=starts, steps=1)
+    j = [v.name for v in model.parameters].index(next(iter(initial)))
+    assert (apart.table[0, j] == apart.table[1, j]) or not forgotten  # a card has one value
+    assert apart.problem.cost(np.tile(apart.table[0], (2, 1))) == pytest.approx(apart.cost, rel=1e-12) or not forgotten
 
 
 @pytest.mark.parametrize(

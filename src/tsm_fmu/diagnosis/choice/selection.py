@@ -101,15 +101,17 @@ def select(
 def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis]) -> BoolArray:
     """Channels in which what is left takes no name away: no other effect comes near.
 
-    The only supported hypothesis closes most of the gap of measured runs there and a notable part of that of others,
-    and without its effects twice as much is left at least. What all candidates leave is the form of the model then.
+    One effect closes most of the gap of measured runs there and a notable part of that of others, nothing else is
+    supported, and without it twice as much is left at least. What all candidates leave is the form of the model then.
+    Of several effects each would have such a lead: a sum of laws bends to the form.
     """
     one, plain = choice.winner, hypotheses[0]
-    if len(choice.supported) > 1 or not one.effects or one.held_out is None or plain.held_out is None:
-        return np.zeros(one.measured.size, bool)
+    nowhere = np.zeros(one.measured.size, bool)
+    if len(choice.supported) > 1 or len(one.effects) != 1 or one.held_out is None or plain.held_out is None:
+        return nowhere
     others = [h for h in hypotheses if not h.disguised and not set(one.effects) <= set(h.effects)]
     if min(map(log_residual, others)) < log_residual(one) - np.log(MUCH_LESS_RATIO):
-        return np.zeros(one.measured.size, bool)
+        return nowhere
     closes = one.measured < (1.0 - EXPLAINED_SHARE) * plain.measured
     carries_over = plain.held_out - one.held_out > NOTABLE_RATIO * one.held_out
     return one.acts & closes & carries_over

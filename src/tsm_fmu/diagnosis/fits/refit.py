@@ -263,7 +263,10 @@ def refit(
             f"no free parameter of {kernel.name} acts on {', '.join(problem.channels)} in these runs -- "
             "expected at least one -- give runs that move"
         )
-    problem = problem.over(problem.space.fixing(_forgotten(problem, start)))
+    forgotten = _forgotten(problem, start)
+    problem = problem.over(problem.space.fixing(forgotten))
+    columns = [problem.fields.index(f) for f in forgotten]
+    start[:, columns] = np.median(start[:, columns], axis=0)  # no run's own any more: a card has one value
     table = descent(steps).refined(problem, start, sensitivities)
     return Fitted(task, tuple(effects), problem, table, tuple(released))
 
