@@ -74,5 +74,6 @@ def test_an_effect_is_there_that_no_other_comes_near_though_something_is_left(
     assert not _far_ahead(Choice(one, (one, other)), [plain, one, other]).any()
     assert not _far_ahead(Choice(plain, (plain,)), [plain, one, other]).any()
     assert not _far_ahead(Choice(both, (both,)), [plain, other, both]).any()  # a sum of laws
+    assert not _far_ahead(Choice(one, (one,)), [one, both]).any()  # all have it: nothing shows its lead
     aside = made("inertia", left, held, share=0.0059)  # it does not act on this channel
     assert not _far_ahead(Choice(aside, (aside,)), [plain, aside, other]).any()

@@ -139,11 +139,12 @@ def diagnose(
         Ctrl-C after the model was refitted.
     """
     every, said = with_speeds_of_position(model, [*measured, *holdout, *reference], cutoff)
-    every, quiet = (every, []) if said else with_quiet_rests(model, every)  # a position that stands has no noise
+    if not said:  # a position that stands has no noise
+        every, said = with_quiet_rests(model, every)
     ends = len(measured), len(measured) + len(holdout)
     measured, holdout, reference = every[: ends[0]], every[ends[0] : ends[1]], every[ends[1] :]
     runs = prepared(model, measured, reference, holdout, cutoff, drive)
-    runs = replace(runs, notes=(*runs.notes, *said, *quiet))
+    runs = replace(runs, notes=(*runs.notes, *said))
     if improve and not can_leave_out(runs.measured):
         raise InputError(
             f"--improve with {len(measured)} measured run{'s' if len(measured) > 1 else ''} -- expected two or more, "

@@ -29,7 +29,8 @@ def quantisation_step(values: NDArray[np.float64]) -> float:
     # gaps of the rounding of the arithmetic itself are no levels
     gaps = gaps[gaps > 1e-12 * max(1e-300, float(np.abs(levels).max(initial=0.0)))]
     few = gaps.size == 2 and values.size >= _REPEATED * levels.size
-    if gaps.size < 3 and not few:
+    least, off_grid = (2, _FEW_OFF_GRID) if few else (3, _OFF_GRID)
+    if gaps.size < least:
         return 0.0
     smallest = float(np.quantile(gaps, 0.02))
     alike = gaps[(gaps >= 0.5 * smallest) & (gaps <= 1.5 * smallest)]
@@ -39,11 +40,11 @@ def quantisation_step(values: NDArray[np.float64]) -> float:
     start, number = 0.0, np.zeros(levels.size)
     for _ in range(3):
         number = np.cumsum(np.concatenate(([0.0], np.rint(np.diff(levels) / step))))
-        if number[-1] < (2.0 if few else 3.0):
+        if number[-1] < least:
             return 0.0
         slope, start = np.polyfit(number, levels, 1)
         step = float(slope)
         if step <= 0.0:
             return 0.0
     spread = float(np.sqrt(np.mean(np.square(levels - start - step * number))))
-    return step if spread < (_FEW_OFF_GRID if few else _OFF_GRID) * step else 0.0
+    return step if spread < off_grid * step else 0.0

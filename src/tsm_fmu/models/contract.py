@@ -198,10 +198,10 @@ class Condition(NamedTuple):
 
     def met(self, p: Any) -> bool:
         """Whether the parameters meet it; False for a margin that is no number."""
-        margin = self.of(p)
+        margin = self.margin_of(p)
         return margin > 0.0 or (self.closed and margin == 0.0)
 
-    def of(self, p: Any) -> float:
+    def margin_of(self, p: Any) -> float:
         """The margin of these parameters."""
         return self.margin(self._own(p))
 

@@ -2,7 +2,7 @@
 
 A parameter with an open bound at zero is searched in its logarithm, every other one in units of the change
 that moves the outputs by one standard deviation. A joint condition of the model has no
-variable of its own: a point outside is drawn back to the nearest one on the boundary. The search then slides along that
+variable of its own: a point outside is drawn back straight to the boundary. The search then slides along that
 boundary, also from a start on it, and the result names the condition that stopped it.
 """
 
@@ -110,19 +110,21 @@ class ScaledVariables:
 
     def _broken(self, q: FloatArray) -> tuple[float, FloatArray] | None:
         """Margin of the first condition that a run does not meet at ``q``, and its derivatives; None if all are met."""
-        table = self._raw(q)
-        rows = range(len(table) if self.problem.per_run else 1)
-        found = ((k, c) for k in rows if (c := self.problem.unmet(table[k])) is not None)
-        k, condition = next(found, (0, None))
+        unmet = enumerate(map(self.problem.unmet, self._distinct(self._raw(q))))
+        k, condition = next(((k, c) for k, c in unmet if c is not None), (0, None))
         if condition is None:
             return None
-        margin, slope = condition.of(self.problem.params(table[k])), np.zeros(q.size)
+
+        def margin(at: FloatArray) -> float:
+            return condition.margin_of(self.problem.params(self._raw(at)[k]))
+
+        here, slope = margin(q), np.zeros(q.size)
         for i, axis in enumerate(self.axes):
             if axis.run in (None, k):
                 moved = q.copy()
                 moved[i] += BACK_DIFFERENCE
-                slope[i] = (condition.of(self.problem.params(self._raw(moved)[k])) - margin) / BACK_DIFFERENCE
-        return margin, slope
+                slope[i] = (margin(moved) - here) / BACK_DIFFERENCE
+        return here, slope
 
     @property
     def groups(self) -> list[list[int]]:
@@ -148,7 +150,11 @@ class ScaledVariables:
     def _refused(self, table: FloatArray) -> bool:
         if not self.problem.kernel.conditions:
             return False  # the search keeps the bounds; only a joint condition can refuse
-        return self.problem.refused(table if self.problem.per_run else table[:1])
+        return self.problem.refused(self._distinct(table))
+
+    def _distinct(self, table: FloatArray) -> FloatArray:
+        """The rows of a table that can differ."""
+        return table if self.problem.per_run else table[:1]
 
 
 def logarithm_sign(quantity: Quantity) -> float:

@@ -159,7 +159,7 @@ def _lost_elsewhere(one: Hypothesis, refitted: Hypothesis, noise: FloatArray) ->
 
     A law that is the rig's carries over to other motions; what only patches the form of the model does not.
     """
-    if one.held_out is None or refitted.held_out is None or not one.effects:
+    if one.held_out is None or refitted.held_out is None:
         return np.zeros(noise.size, bool)
     gap, left = refitted.held_out - noise**2, one.held_out - noise**2
     acts = one.acts & (refitted.measured - one.measured > (EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2)

@@ -109,9 +109,9 @@ def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis]) -> BoolArray:
     nowhere = np.zeros(one.measured.size, bool)
     if len(choice.supported) > 1 or len(one.effects) != 1 or one.held_out is None or plain.held_out is None:
         return nowhere
-    others = [h for h in hypotheses if not h.disguised and not set(one.effects) <= set(h.effects)]
-    if min(map(log_residual, others)) < log_residual(one) - np.log(MUCH_LESS_RATIO):
-        return nowhere
+    without = [log_residual(h) for h in hypotheses if not h.disguised and one.effects[0] not in h.effects]
+    if not without or min(without) < log_residual(one) - np.log(MUCH_LESS_RATIO):
+        return nowhere  # also where every one has it, as a nuisance effect that is large: nothing shows its lead
     closes = one.measured < (1.0 - EXPLAINED_SHARE) * plain.measured
     carries_over = plain.held_out - one.held_out > NOTABLE_RATIO * one.held_out
     return one.acts & closes & carries_over
@@ -123,6 +123,8 @@ def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) 
     Values may move there, but a law that has to move to be of use is no finding. Of what the effects change: a channel
     that they have nothing to do with may be worse because other parameters of it are.
     """
+    if not one.acts.any():
+        return False
     after, before = (rms(h.fitted.held_out_errors(holdout)) for h in (one, refitted))
     spread = one.fitted.spread
     return bool((one.acts & (after > np.maximum(MISLEADING_RATIO * before, EFFECT_SPREAD_SHARE * spread))).any())

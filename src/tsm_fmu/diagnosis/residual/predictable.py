@@ -44,9 +44,7 @@ def predictable_share(
     return share_left_out(x, y, folds([c.x.size for c in thin]), DAMPING)
 
 
-def share_left_out(
-    x: FloatArray, y: FloatArray, fold: NDArray[np.int_], dampings: Sequence[float]
-) -> FloatArray:  # fmt: skip
+def share_left_out(x: FloatArray, y: FloatArray, fold: NDArray[np.int_], dampings: Sequence[float]) -> FloatArray:
     """Share of the mean square of each column of y that a ridge regression on x predicts on folds left out, 0 to 1.
 
     Parameters
