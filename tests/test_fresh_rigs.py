@@ -135,6 +135,10 @@ def test_rates_curves_and_bins_by_hand() -> None:
     assert found["coverage: a name, or a set that holds it"] == (2, 3)
     assert found["false alarms, nothing missing"] == (1, 1)
     assert found["unknown, outside the vocabulary"] == (1, 1)
+    alike = replace(made_up()[0], kind="outside", name="f")  # a name that the author takes for it too
+    of_outside = {r.what: (r.hits, r.trials) for r in rates([*made_up(), alike, replace(alike, accepted=False)])}
+    assert of_outside["unknown, outside the vocabulary"] == (1, 3)
+    assert of_outside["unknown, or what the author accepts there"] == (2, 3)
     assert found["family right where no right name is given"] == (1, 2)
     assert risk_coverage(made_up()) == [(pytest.approx(0.25), 0.0), (pytest.approx(0.5), pytest.approx(0.5))]
     assert [(right, given) for *_, right, given in calibration(made_up())] == [(0, 0), (0, 1), (0, 0), (0, 0), (1, 2)]

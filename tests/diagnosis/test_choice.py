@@ -35,7 +35,7 @@ def made(
             discrepancy=np.array([discrepancy * unit]),
             reference_removal={"delay@F": np.zeros(1)} if referenced else {}, limits={}, gap=np.array([gap * unit]),
         ),
-        share_of=lambda spec: np.array([share]),
+        share_of=lambda spec: np.array([share]), residuals=[np.zeros((9, 1))],
     )  # fmt: skip
     square = (None if held is None else np.array([(held * unit) ** 2]), np.array([effective]), np.array([effective]))
     nuisance_tests: Any = {spec: (removed, fitted) for spec, removed in (nuisance_specs or {}).items()}
@@ -238,6 +238,8 @@ def test_an_effect_with_which_held_out_runs_are_predicted_worse_is_none(held: fl
     several = made("inertia viscous", 0.02, 0.07, effective=20.0)  # chance makes as much of so few samples
     few = [made("", 0.2, 0.2, effective=20.0), made("inertia", 0.06, 0.06, effective=20.0), several]
     assert choice_of(few, few[0]).best is several
+    elsewhere = made("inertia viscous", 0.02, held, share=0.005)  # this channel is none of those that it changes
+    assert choice_of([plain, one, elsewhere], plain).best is elsewhere
 
 
 def test_the_allowance_of_a_second_effect_is_for_what_the_second_removes() -> None:

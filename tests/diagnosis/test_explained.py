@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -27,6 +28,7 @@ def made(added: Sequence[str], left: Sequence[float], held: Sequence[float] | No
         effects = tuple(added)
         spread = np.ones(2)
         rmse = np.array(left)
+        residuals = (np.zeros((9, 2)),)
 
         def share_of(self, spec: str) -> np.ndarray:
             return np.array(ACTS[spec])
@@ -39,8 +41,12 @@ def made(added: Sequence[str], left: Sequence[float], held: Sequence[float] | No
 REFITTED = made([], [0.17, 0.03], [0.19, 0.03])
 
 
-def chosen(*supported: Hypothesis, known: Sequence[Hypothesis] = (), refitted: Hypothesis = REFITTED) -> Choice | None:
-    return of_explained_channels(Choice(supported[0], supported), refitted, EXPLAINED, [*known, *supported], [])
+def chosen(
+    *supported: Hypothesis, known: Sequence[Hypothesis] = (), refitted: Hypothesis = REFITTED,
+    reference: tuple[float, float] | None = None,
+) -> Choice | None:  # fmt: skip
+    fit: Any = None if reference is None else SimpleNamespace(rmse=np.array(reference))
+    return of_explained_channels(Choice(supported[0], supported), refitted, EXPLAINED, [*known, *supported], [], fit)
 
 
 def test_an_effect_of_the_explained_channel_is_named() -> None:
@@ -69,6 +75,13 @@ def test_what_acts_on_the_other_channel_is_left_out() -> None:
 )
 def test_nothing_else_is(one: Hypothesis) -> None:
     assert chosen(one) is None
+
+
+def test_what_reference_runs_leave_is_no_part_of_the_gap() -> None:
+    one = made(["slack@x_out"], [0.008, 0.022], [0.0706, 0.02])
+    assert chosen(one) is None
+    assert chosen(one, reference=(0.059, 0.02)) is not None
+    assert chosen(one, reference=(0.02, 0.02)) is None
 
 
 def test_no_gap_is_no_reason_for_a_name() -> None:

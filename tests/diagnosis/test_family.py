@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from tsm_fmu.diagnosis.answer.family import families_of, family_evidence
+from tsm_fmu.diagnosis.answer.family import contradicted, families_of, family_evidence, not_little
 from tsm_fmu.diagnosis.answer.sentence import answer
 from tsm_fmu.diagnosis.evidence import FamilyShare, Gap
 from tsm_fmu.diagnosis.fits.refit import Task, as_given
@@ -87,17 +89,51 @@ def test_without_a_load_nothing_is_said_of_it() -> None:
 def test_names_bring_their_family_and_what_has_none_its_best_evidence() -> None:
     seen = (FamilyShare("time", "F", 0.81), FamilyShare("load", "F", 0.3), FamilyShare("speed", "x_out", 0.95))
     for module in EFFECTS:
-        assert families_of("named", (f"{module.NAME}@F",), (), (), "F") == (about(module.NAME).family,)
-    assert families_of("ambiguous", (), ("wear", "load_dependence", "thermal"), (), "F") == ("time", "load")
-    assert families_of("unknown", (), (), seen, "F") == ("time",)
-    assert families_of("unknown", (), (), (FamilyShare("time", "F", 0.03),), "F") == ()
+        assert families_of((f"{module.NAME}@F",), (), (), "F") == (about(module.NAME).family,)
+    assert families_of((), ("wear", "load_dependence", "thermal"), (), "F") == ("time", "load")
+    assert families_of((), (), seen, "F") == ("time",)
+    assert families_of((), (), (FamilyShare("time", "F", 0.03),), "F") == ()
     near = (FamilyShare("load", "F", 0.61), FamilyShare("position", "F", 0.6), FamilyShare("time", "F", 0.5))
-    assert families_of("unknown", (), (), near, "F") == ("load", "position")
-    assert families_of("none", (), (), seen, "F") == ()
+    assert families_of((), (), near, "F") == ("load", "position")
     # what comes closest, beside what the residual says
-    assert families_of("unknown", (), (), seen, "F", ("inertia", "wear@x_out")) == ("time", "acceleration")
-    assert families_of("unknown", (), (), (), "F", ("bend_angle",)) == ("load",)
-    assert families_of("parameters", (), (), (), "F", ("bend_angle",)) == ()
+    assert families_of((), (), seen, "F", ("inertia", "wear@x_out")) == ("time", "acceleration")
+    assert families_of((), (), (), "F", ("bend_angle",)) == ("load",)
+
+
+@pytest.mark.parametrize(
+    ("answer_is", "seen", "none"),
+    [
+        (("thermal", "stiffness_hardening"), {"sensor": 0.88, "time": 0.23, "position": 0.2}, True),
+        (("acceleration_branches",), {"direction": 0.71, "acceleration": 0.02}, True),
+        (("acceleration_branches",), {"direction": 0.59, "acceleration": 0.02}, False),  # nothing predicts much
+        (("inertia",), {"history": 0.88, "acceleration": 0.56}, False),  # many laws can bend to a few
+        (("wear",), {"sensor": 0.96, "time": 0.82}, True),  # few laws of a sensor leave a quarter
+        (("wear",), {"sensor": 0.9, "time": 0.82}, False),
+        (("winding_crossover",), {"position": 0.01, "load": 0.42}, False),
+        (("delay",), {"sensor": 0.97, "history": 0.99}, False),
+        ((), {"sensor": 0.97}, False),
+    ],
+)
+def test_laws_of_another_kind_that_predict_far_more_contradict_a_name(
+    answer_is: tuple[str, ...], seen: dict[Any, float], none: bool
+) -> None:
+    """In the channel of which its effects remove most, whatever is said of others."""
+    fitted = SimpleNamespace(problem=SimpleNamespace(channels=("x_out", "F", "tau_in")))
+    acts = np.array([True, True, False]) & bool(answer_is)
+    one: Any = SimpleNamespace(effects=answer_is, measured=np.array([0.9, 0.07, 0.01]), fitted=fitted, acts=acts)
+    choice: Any = SimpleNamespace(winner=one, supported=(one,))
+    evidence = [FamilyShare(family, "F", share) for family, share in seen.items()]
+    evidence += [FamilyShare("sensor", "x_out", 0.99), FamilyShare("sensor", "tau_in", 0.98)]
+    before: Any = SimpleNamespace(measured=np.array([1.0, 1.0, 1.0]))
+    assert contradicted(choice, before, evidence) is none
+
+
+def test_what_is_next_to_nothing_has_no_family_where_nothing_is_missing() -> None:
+    fitted: Any = SimpleNamespace(
+        problem=SimpleNamespace(channels=("x_out", "F")), rmse=np.array([0.031, 0.2]), spread=np.array([3.1, 130.0])
+    )  # 1 % and 0.15 %
+    seen = [FamilyShare("time", "F", 0.99), FamilyShare("load", "x_out", 0.11), FamilyShare("speed", "x_out", 0.08)]
+    assert [e.family for e in not_little(seen, fitted)] == ["load"]
 
 
 def test_the_answer_says_the_family() -> None:
@@ -113,6 +149,18 @@ def test_the_answer_says_the_family() -> None:
     assert told.endswith("Family: a law of time or travel.")  # of the name, not of all that may be beside it
     sets = Diagnosis("ambiguous", equivalent=(("wear", "stribeck"),), gap=gap, family=("time", "speed"))
     assert answer(sets).endswith("Family: a law of time or travel or a law of the speed.")
+
+
+@pytest.mark.parametrize("verdict", ["none", "parameters"])
+def test_an_answer_without_a_name_says_what_is_left(verdict: str) -> None:
+    gap = {"F": Gap("N", 0.31, 0.3, None, None, 0.04, 0.04, None, None, None, 0.29, None)}
+    seen = (FamilyShare("history", "F", 0.417), FamilyShare("time", "F", 0.2))
+    told = answer(Diagnosis(verdict, gap=gap, channels=("F",), family=("history",), family_evidence=seen))
+    assert "No effect named" in told
+    assert told.endswith(
+        f"What the parameters leave, too little for a name, is {FAMILIES['history']} (such laws predict 42 % of it)."
+    )
+    assert "too little" not in answer(Diagnosis(verdict, gap=gap, channels=("F",), family_evidence=seen))
 
 
 def test_a_model_with_nothing_to_fit_has_a_family_too(rig: Callable[..., FitRun], known: dict[str, float]) -> None:

@@ -287,6 +287,14 @@ FAMILY_SHARE = 0.1
 FAMILY_TIE_SHARE = 0.9
 """Families whose laws predict this part of what the best family's predict are not told from it: all are said."""
 
+CONTRADICTING_SHARE = 0.6
+"""Where laws of a family predict this part of a residual, and those of the families of an answer less than half of
+that, the answer is none: its law bends to one of another kind."""
+
+LITTLE_SPREAD_SHARE = 0.003
+"""Where no effect is missing a family is said of what is left if its laws predict more than this: the form of the
+model, of use to who improves it."""
+
 FORMULA_SHARE = 0.05
 """A formula must predict this part of the residual where it was not fitted; less is no help."""
 

@@ -17,7 +17,7 @@ from ..models.contract import InputError
 from ..regression.held_out import SETTLING
 from ..regression.problem import FitRun
 from .answer.candidates import candidates_of, rows_of, steps_of
-from .answer.family import families_of, family_evidence
+from .answer.family import contradicted, families_of, family_evidence, not_little
 from .answer.gaps import errors_of, gaps
 from .answer.improvement import improvement_of
 from .answer.next_motion import next_motion
@@ -29,10 +29,10 @@ from .choice.baselines import baselines
 from .choice.hypotheses import can_leave_out
 from .choice.path import way_to_a_better_model
 from .choice.search import Search, candidate_places
-from .choice.selection import Selection, select
+from .choice.selection import Selection, select, without_names
 from .choice.visibility import unexcited
 from .criteria import CLEAN_EFFECT_SPREAD_SHARE, NOTABLE_RATIO, PRESLIDING_STROKE_SHARE, STRONGEST_RATIO
-from .evidence import Candidate, Gap, Gate, NextMotion, RunComparison
+from .evidence import Candidate, FamilyShare, Gap, Gate, NextMotion, RunComparison
 from .fits.placing import not_applicable
 from .fits.ranges import level_ranges
 from .fits.refit import Fitted, Task, as_given
@@ -59,6 +59,8 @@ class Investigation:
     runs : PreparedRuns
     selection : Selection
     verdict : Verdict
+    evidence : tuple of FamilyShare
+        Of what the refitted model leaves.
     not_excited : tuple of str
         Ids of effects that have a place and that these runs could not show.
     not_applicable : mapping of str to str
@@ -68,6 +70,7 @@ class Investigation:
     runs: PreparedRuns
     selection: Selection
     verdict: Verdict
+    evidence: tuple[FamilyShare, ...]
     not_excited: tuple[str, ...]
     not_applicable: Mapping[str, str]
 
@@ -232,13 +235,17 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
     try:
         hypotheses = Search(runs.model, fitted, holdout, progress).hypotheses()
         result = select(hypotheses, fitted, holdout, progress)
+        progress("families")
+        evidence = family_evidence(result.baselines.refitted.fitted, runs.measured)
+        if contradicted(result.choice, result.baselines.refitted, evidence):
+            result = without_names(result)
         hidden, inapplicable = _not_excited(runs, result)
         tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]
         verdict = verdict_of(result.baselines, result.choice, result.floors, tested, hidden, holdout, progress)
     except KeyboardInterrupt:
         raise SearchInterrupted(fitted.refitted.fitted) from None
     answered = {*map(id_of, verdict.effects), *verdict.equivalent}
-    return Investigation(runs, result, verdict, tuple(e for e in hidden if e not in answered), inapplicable)
+    return Investigation(runs, result, verdict, evidence, tuple(e for e in hidden if e not in answered), inapplicable)
 
 
 def _not_excited(runs: PreparedRuns, result: Selection) -> tuple[tuple[str, ...], dict[str, str]]:
@@ -295,21 +302,26 @@ def _described(
         ),
         records=records, preset=preset, seed=seed,
     )  # fmt: skip
-    evidence = family_evidence(before.refitted.fitted, runs.measured) if missing else ()
     channel = leading_channel(diagnosis) or ""
     equivalent = [e for ids in diagnosis.equivalent for e in ids]
-    families = families_of(verdict.word, verdict.effects, equivalent, evidence, channel, _closest(found))
+    telling = found.evidence if missing else not_little(found.evidence, before.refitted.fitted)
+    families = families_of(verdict.effects, equivalent, telling, channel, _closest(found))
     if "position" in families:
         shapes = with_position_law(tuple(shapes), stages[stage], channel, seed)
-    diagnosis = replace(diagnosis, family=families, family_evidence=evidence, shapes=shapes)
+    diagnosis = replace(diagnosis, family=families, family_evidence=found.evidence, shapes=shapes)
     return replace(diagnosis, answer=answer(diagnosis))
 
 
 def _closest(found: Investigation) -> tuple[str, ...]:
-    """Effects of the best hypothesis, where it closes as much of a channel as a named effect must."""
-    best, refitted = found.selection.choice.best, found.selection.baselines.refitted
-    closes = best.measured < (1.0 - STRONGEST_RATIO) * refitted.measured
-    return best.effects if closes.any() else ()
+    """Effects of the best hypothesis, which comes closest to what has no name.
+
+    Where it closes as much of a channel as a named effect must; else of those that it adds to the nuisance parameters,
+    if they remove there what an effect must.
+    """
+    best, plain = found.selection.choice.best, found.selection.hypotheses[0]
+    if (best.measured < (1.0 - STRONGEST_RATIO) * found.selection.baselines.refitted.measured).any():
+        return best.effects
+    return best.added if (plain.measured - best.measured > NOTABLE_RATIO * best.measured).any() else ()
 
 
 def _answered(found: Investigation) -> tuple[str, ...]:

@@ -12,7 +12,9 @@ from ...effects.about import Family
 from ...kernels.arrays import FloatArray
 from ...regression.problem import FitRun
 from ...regression.sensitivity import output_jacobian
-from ..criteria import FAMILY_SHARE, FAMILY_TIE_SHARE
+from ..choice.hypotheses import Hypothesis
+from ..choice.supported import Choice
+from ..criteria import CONTRADICTING_SHARE, FAMILY_SHARE, FAMILY_TIE_SHARE, LITTLE_SPREAD_SHARE, MUCH_LESS_RATIO
 from ..evidence import FamilyShare
 from ..fits.refit import Fitted
 from ..fits.response import normalised, places_of
@@ -40,6 +42,36 @@ def family_evidence(fitted: Fitted, runs: Sequence[FitRun]) -> tuple[FamilyShare
     return tuple(sorted(found, key=lambda f: -f.share))
 
 
+def contradicted(choice: Choice, refitted: Hypothesis, evidence: Sequence[FamilyShare]) -> bool:
+    """Whether laws of another kind than those of an answer predict most of what the model lacks.
+
+    Either they leave little where those of the answer leave most, or the few of a sensor (its size, its rate, a delay
+    that grows) leave much less than the many of the answer's families. Looked at is, of the channels that its effects
+    change, that of which it removes most. Effects whose laws are free in few ways (bursts, steps of a converter) are
+    not among the functions of their family: nothing predicts them, and nothing contradicts them.
+
+    Parameters
+    ----------
+    choice : Choice
+        All that it cannot tell apart is the answer.
+    refitted : Hypothesis
+        The model without effects.
+    evidence : sequence of FamilyShare
+        Of `family_evidence`.
+    """
+    families = {about(spec).family for h in choice.supported for spec in h.effects}
+    if not choice.winner.acts.any():
+        return False
+    removed = np.where(choice.winner.acts, refitted.measured / np.maximum(choice.winner.measured, 1e-300), 0.0)
+    channel = choice.winner.fitted.problem.channels[int(np.argmax(removed))]
+    shares = {e.family: e.share for e in evidence if e.channel == channel}
+    own, most = max(shares.get(f, 0.0) for f in families), max(shares.values(), default=0.0)
+    of_sensor = shares.get("sensor", 0.0)
+    bends = most > CONTRADICTING_SHARE and own < 0.5 * most
+    simpler = of_sensor > CONTRADICTING_SHARE and 1.0 - of_sensor < MUCH_LESS_RATIO * (1.0 - own)
+    return bends or simpler
+
+
 def _moves(fitted: Fitted, runs: Sequence[FitRun]) -> FloatArray:
     """What the parameters do at the samples of runs, shape (samples, channels, parameters).
 
@@ -58,18 +90,17 @@ def _moves(fitted: Fitted, runs: Sequence[FitRun]) -> FloatArray:
 
 
 def families_of(
-    verdict: str, effects: Sequence[str], equivalent: Sequence[str], evidence: Sequence[FamilyShare], channel: str,
+    effects: Sequence[str], equivalent: Sequence[str], evidence: Sequence[FamilyShare], channel: str,
     closest: Sequence[str] = (),
 ) -> tuple[Family, ...]:  # fmt: skip
-    """Families of what is missing, most telling first; empty where nothing is, or nothing can be said.
+    """Families of what the model lacks, most telling first; empty where nothing can be said.
 
-    Of named effects and of those that cannot be told apart it is what their files say; of an unknown one the family
+    Of named effects and of those that cannot be told apart it is what their files say; of what has no name the family
     whose laws predict most of the residual, those whose laws predict nearly as much, and those of the effects that come
     closest, refitted with the model: what follows a parameter of the model the residual alone may not show.
 
     Parameters
     ----------
-    verdict : str
     effects, equivalent : sequence of str
         Named effects, and those of a set that these runs cannot tell apart.
     evidence : sequence of FamilyShare
@@ -81,7 +112,19 @@ def families_of(
     """
     if effects or equivalent:
         return tuple(dict.fromkeys(about(spec).family for spec in (*effects, *equivalent)))
-    shown = [e for e in evidence if e.channel == channel and e.share > FAMILY_SHARE] if verdict == "unknown" else []
+    shown = [e for e in evidence if e.channel == channel and e.share > FAMILY_SHARE]
     of_residual: list[Family] = [e.family for e in shown if e.share >= FAMILY_TIE_SHARE * shown[0].share]
-    of_effects: list[Family] = [about(spec).family for spec in closest] if verdict == "unknown" else []
-    return tuple(dict.fromkeys((*of_residual, *of_effects)))
+    return tuple(dict.fromkeys((*of_residual, *(about(spec).family for spec in closest))))
+
+
+def not_little(evidence: Sequence[FamilyShare], fitted: Fitted) -> tuple[FamilyShare, ...]:
+    """Evidence of laws that are more than next to nothing of a channel, where a fit lacks no effect.
+
+    Parameters
+    ----------
+    evidence : sequence of FamilyShare
+        Of that fit.
+    fitted : Fitted
+    """
+    size = dict(zip(fitted.problem.channels, (fitted.rmse / fitted.spread) ** 2, strict=True))
+    return tuple(e for e in evidence if e.share * size[e.channel] > LITTLE_SPREAD_SHARE**2)

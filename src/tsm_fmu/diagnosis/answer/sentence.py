@@ -9,7 +9,7 @@ import numpy as np
 from ...effects import FAMILIES, about, words
 from ...logs.display import Display, display
 from ...models.contract import with_unit
-from ..criteria import ABOVE_FLOOR_RATIO, CHANGED_SHARE, NOTABLE_SHARE, SURE_FLOOR_SHARE
+from ..criteria import ABOVE_FLOOR_RATIO, CHANGED_SHARE, FAMILY_SHARE, NOTABLE_SHARE, SURE_FLOOR_SHARE
 from ..evidence import Candidate, Gap, ParameterChange, Place
 from ..result import Diagnosis
 
@@ -31,8 +31,10 @@ def answer(found: Diagnosis) -> str:
         changes = ", ".join(changes_text(found.changes))
         how = f" ({changes})" if changes else ""
         text = f"No effect named: other parameter values close the gap{how}. {as_sentence(numbers)}"
+        text += _little_text(found, channel)
     elif found.verdict == "none":
         text = f"No effect named. {as_sentence(_remains(found, channel))} {as_sentence(numbers)}"
+        text += _little_text(found, channel)
     elif found.verdict == "not_excited":
         reasons = "; ".join(found.gate.refused) or "no effect that could explain it shows in them"
         text = f"No answer from these runs: {reasons}. {as_sentence(numbers)}"
@@ -91,11 +93,25 @@ def _laws_text(found: Diagnosis) -> str:
 
 def _family_text(found: Diagnosis, channel: str) -> str:
     """Of what the missing law is, where it has no name."""
+    families = _families_with_shares(found, channel)
+    return f" What is missing is {either(families)}." if families else ""
+
+
+def _little_text(found: Diagnosis, channel: str) -> str:
+    """Of what it is a law that a refit of the parameters leaves, where that is no more than form."""
+    families = _families_with_shares(found, channel)
+    return f" What the parameters leave, too little for a name, is {either(families)}." if families else ""
+
+
+def _families_with_shares(found: Diagnosis, channel: str) -> list[str]:
+    """Families with what their laws predict; the others are of the effects that come closest."""
     shares = {e.family: e.share for e in found.family_evidence if e.channel == channel}
-    families_named = [
-        f"{FAMILIES[f]} (such laws predict {_percent(shares[f])} of it)" for f in found.family if f in shares
+    return [
+        f"{FAMILIES[f]} (such laws predict {_percent(shares[f])} of it)"
+        if shares.get(f, 0.0) > FAMILY_SHARE
+        else f"{FAMILIES[f]} (of the effect that comes closest)"
+        for f in found.family
     ]
-    return f" What is missing is {either(families_named)}." if families_named else ""
 
 
 def _remains(found: Diagnosis, channel: str) -> str:

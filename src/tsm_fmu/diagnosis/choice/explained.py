@@ -12,6 +12,8 @@ from ...kernels.arrays import BoolArray
 from ...regression.problem import FitRun
 from ..criteria import CLEAN_EFFECT_SPREAD_SHARE, OPEN_GAP_EFFECTS
 from ..fits.nuisance import nearly_removed
+from ..fits.refit import Fitted
+from .floors import least_floor
 from .hypotheses import Hypothesis
 from .patches import restricted_to
 from .supported import Choice
@@ -19,7 +21,7 @@ from .supported import Choice
 
 def of_explained_channels(
     choice: Choice, refitted: Hypothesis, explained: BoolArray, hypotheses: Sequence[Hypothesis],
-    holdout: Sequence[FitRun],
+    holdout: Sequence[FitRun], reference_fit: Fitted | None,
 ) -> Choice | None:  # fmt: skip
     """The choice with such effects alone; None where a supported hypothesis has none, or they are too many.
 
@@ -33,15 +35,17 @@ def of_explained_channels(
     hypotheses : sequence of Hypothesis
         Where to find those with fewer effects.
     holdout : sequence of FitRun
+    reference_fit : Fitted or None
+        Of the model on reference runs: what it leaves there no effect takes away.
     """
     found: list[Hypothesis] = []
     for one in choice.supported:
-        closed = explained & _closed(one, refitted)
+        closed = explained & _closed(one, refitted, reference_fit)
         kept = [spec for spec in one.effects if _acts_within(one, spec, closed)]
         if not kept:
             return None
         fewer = one if len(kept) == len(one.effects) else restricted_to(one, kept, hypotheses, holdout)
-        if not _closed(fewer, refitted)[closed].all():
+        if not _closed(fewer, refitted, reference_fit)[closed].all():
             return None
         if all(set(fewer.effects) != set(other.effects) for other in found):
             found.append(fewer)
@@ -51,12 +55,13 @@ def of_explained_channels(
     return Choice(choice.best, tuple(h for h in found if len(h.effects) == fewest))
 
 
-def _closed(one: Hypothesis, refitted: Hypothesis) -> BoolArray:
+def _closed(one: Hypothesis, refitted: Hypothesis, reference_fit: Fitted | None) -> BoolArray:
     """Channels with a gap of which a hypothesis leaves next to nothing, on measured and on held-out runs."""
+    floor = least_floor(one, reference_fit) ** 2
     gap = refitted.measured > (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
-    closed = gap & nearly_removed(refitted.measured, one.measured)
+    closed = gap & nearly_removed(refitted.measured - floor, one.measured - floor)
     if one.held_out is not None and refitted.held_out is not None:
-        closed &= nearly_removed(refitted.held_out, one.held_out)
+        closed &= nearly_removed(refitted.held_out - floor, one.held_out - floor)
     return closed
 
 

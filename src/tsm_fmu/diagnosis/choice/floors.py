@@ -147,11 +147,16 @@ def _mostly_explained(one: Hypothesis, refitted: Hypothesis, reference_fit: Fitt
     The gap is that of the measured and of the held-out runs together: where a motion shows little of an effect, the
     form of the model is most of what is left.
     """
-    noise = np.minimum(white_noise(one.fitted), one.fitted.rmse) if reference_fit is None else reference_fit.rmse
+    noise = least_floor(one, reference_fit)
     gap, left = refitted.measured - noise**2, one.measured - noise**2
     if one.held_out is not None and refitted.held_out is not None:
         gap, left = gap + refitted.held_out - noise**2, left + one.held_out - noise**2
     return (left < (1.0 - EXPLAINED_SHARE) * np.maximum(gap, 1e-300)) & bool(one.effects)
+
+
+def least_floor(one: Hypothesis, reference_fit: Fitted | None) -> FloatArray:
+    """RMS that no effect takes away: what is left on reference runs, or without any the noise, by channel."""
+    return np.minimum(white_noise(one.fitted), one.fitted.rmse) if reference_fit is None else reference_fit.rmse
 
 
 def _lost_elsewhere(one: Hypothesis, refitted: Hypothesis, noise: FloatArray) -> BoolArray:

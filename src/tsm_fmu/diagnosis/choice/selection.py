@@ -20,10 +20,10 @@ from ..criteria import (
     MUCH_LESS_RATIO,
     NOTABLE_RATIO,
 )
-from ..fits.refit import rms
+from ..fits.refit import Fitted, rms
 from .baselines import Baselines
 from .explained import of_explained_channels
-from .floors import Floors, floors_of
+from .floors import Floors, floors_of, least_floor
 from .hypotheses import Hypothesis, can_leave_out, left_out_in_turn
 from .patches import without_patches
 from .supported import Choice, choice_of, clearly_worse, dominated, log_residual
@@ -83,7 +83,7 @@ def select(
         else:
             choice = fewer
     if floors.unexplained.any():
-        floors = replace(floors, unexplained=floors.unexplained & ~_far_ahead(choice, judged))
+        floors = replace(floors, unexplained=floors.unexplained & ~_far_ahead(choice, judged, baselines.reference))
     if (
         len(choice.winner.effects) > MOST_EFFECTS  # its nuisance effects counted: some sum of so many closes any gap
         or any(_any_law_of_a_coordinate(h.effects) for h in choice.supported)
@@ -93,12 +93,18 @@ def select(
         floors = replace(floors, unexplained=np.ones_like(floors.open_))
     if floors.unexplained.any():
         explained = ~(floors.open_ | floors.unexplained)
-        part = of_explained_channels(choice, baselines.refitted, explained, found, holdout)
+        part = of_explained_channels(choice, baselines.refitted, explained, found, holdout, baselines.reference)
         choice, floors = part or choice, replace(floors, in_part=part is not None)
     return Selection(baselines, tuple(found), choice, floors)
 
 
-def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis]) -> BoolArray:
+def without_names(one: Selection) -> Selection:
+    """The same, in which nothing is explained."""
+    floors = replace(one.floors, unexplained=np.ones_like(one.floors.open_), in_part=False)
+    return replace(one, floors=floors)
+
+
+def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: Fitted | None) -> BoolArray:
     """Channels in which what is left takes no name away: no other effect comes near.
 
     One effect closes most of the gap of measured runs there and a notable part of that of others, nothing else is
@@ -112,7 +118,8 @@ def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis]) -> BoolArray:
     without = [log_residual(h) for h in hypotheses if not h.disguised and one.effects[0] not in h.effects]
     if not without or min(without) < log_residual(one) - np.log(MUCH_LESS_RATIO):
         return nowhere  # also where every one has it, as a nuisance effect that is large: nothing shows its lead
-    closes = one.measured < (1.0 - EXPLAINED_SHARE) * plain.measured
+    floor = least_floor(one, reference_fit) ** 2
+    closes = one.measured - floor < (1.0 - EXPLAINED_SHARE) * np.maximum(plain.measured - floor, 0.0)
     carries_over = plain.held_out - one.held_out > NOTABLE_RATIO * one.held_out
     return one.acts & closes & carries_over
 

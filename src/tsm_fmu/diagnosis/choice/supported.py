@@ -88,12 +88,17 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
 
 
 def _predicts_worse(one: Hypothesis, less: Hypothesis) -> bool:
-    """Whether a hypothesis leaves clearly more of held-out runs than without some of its effects: these are none."""
+    """Whether a hypothesis leaves clearly more of held-out runs than without some of its effects: these are none.
+
+    Of channels that these effects change: in others it may because values that a fit moved on do not carry over.
+    """
     if one.held_out is None or less.held_out is None or not set(less.added) < set(one.added):
         return False
     limit = CLEAN_EFFECT_SPREAD_SHARE**2 * one.fitted.spread**2
     noise = DIFFERENCE_DEVIANCE * less.held_out / less.effective_held_out
-    return bool((one.held_out - less.held_out > limit + noise).any())
+    worse = one.held_out - less.held_out > limit + noise
+    surplus = [spec for spec in one.added if spec not in less.added]
+    return bool(worse.any()) and bool((worse & np.any([one.changed_by(spec) for spec in surplus], axis=0)).any())
 
 
 def without_corrections(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> Hypothesis:
