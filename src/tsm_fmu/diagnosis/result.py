@@ -55,10 +55,12 @@ class Diagnosis:
         Ids of effects of which nothing can be said, and why: no place in the model with these channels, nothing in the
         log that drives them, or in the model already.
     family : tuple of str
-        Families of what is missing, one for each kind of law: of the effects named or not told apart, or, where the
-        missing law has no name, the one whose laws predict most of the residual. Empty where nothing can be said.
+        Families of what the model lacks, one for each kind of law: of the effects named or not told apart; of what has
+        no name the one whose laws predict most of the residual, and that of the effect that comes closest. With
+        ``none`` and ``parameters`` of what a refit leaves, which is too little for a name. Empty where nothing can be
+        said.
     family_evidence : tuple of FamilyShare
-        What the laws of each family predict of the residual of each channel, most first; where something is missing.
+        What the laws of each family predict of the residual of each channel, most first.
     candidates : tuple of Candidate
         Best first.
     steps : tuple of AnswerStep

@@ -199,10 +199,12 @@ def _families(found: Diagnosis) -> Section | None:
     if not found.family_evidence:
         return None
     rows = [(e.channel, FAMILIES[e.family], _percent(max(e.share, 0.0))) for e in found.family_evidence]
+    missing = found.verdict not in ("none", "parameters")
+    what = "what is missing" if missing else "what the parameters leave, too little for a name"
     text = (
-        f"Of what is missing: {' and '.join(FAMILIES[f] for f in found.family)}."
+        f"Of {what}: {' and '.join(FAMILIES[f] for f in found.family)}."
         if found.family
-        else ("No family of laws predicts enough of what is missing to say of which it is.")
+        else f"No family of laws predicts enough of {what} to say of which it is."
     )
     caption = (
         "What the laws of each family predict of the residual of the refitted model on parts that were left out, of "
