@@ -83,13 +83,19 @@ def test_one_effect_less_is_looked_at_that_was_not_and_again_one_less(
     assert found[()] is none
 
 
-def test_what_is_better_or_no_rival_is_left_as_it_is(task: Task, best: Hypothesis, more: Hypothesis) -> None:
+def test_what_is_better_is_left_as_it_is_and_a_lower_fit_kept_though_no_rival(
+    task: Task, best: Hypothesis, more: Hypothesis
+) -> None:
     exact = replace(best, fitted=replace(best.fitted))
     exact.fitted.__dict__["cost"] = 0.0
     none = hypothesis((), refit(task, (), {}), (), [])
     assert with_fewer(more, [exact], none, []) == [exact]
     worse = hypothesis((), refit(task, (), {"sigma2": 3.0}, fixed=["sigma2"]), (), [])
-    assert with_fewer(best, [worse], none, []) == [worse]  # better without the mass, but not as good as with it
+    (lower,) = with_fewer(best, [worse], none, [])  # another valley of the same model: not what the mass removes
+    assert lower.added == ()
+    assert best.fitted.cost < lower.fitted.cost < worse.fitted.cost
+    assert with_fewer(more, [worse], none, [])[0] is not best  # what is not known must be as good
+    assert ("wear",) not in {h.added for h in with_fewer(more, [worse], none, [])}
     with_nuisances = replace(best, added=(), nuisances=("inertia",))
     assert (
         with_fewer(replace(best, nuisances=("inertia",)), [with_nuisances], none, [])[0] is with_nuisances

@@ -55,6 +55,18 @@ def test_two_effects_that_both_remove_more_than_is_left_stay() -> None:
     assert choice.winner is both
 
 
+def test_of_three_laws_none_is_believed_where_something_is_left_though_one_only_corrects_the_form() -> None:
+    form = ("wear",)
+    three = replace(made(["inertia", "creep", "wear"], [0.0008]), form_corrections=form)
+    every = [made(["inertia", "wear"], [0.0031]), made(["creep", "wear"], [0.0057]), three]
+    assert three.effects == ("inertia", "creep")
+    assert without_patches(Choice(three, (three,)), every, np.array([True]), []) is None
+    two = replace(made(["inertia", "wear"], [0.0008]), form_corrections=form)
+    choice = without_patches(Choice(two, (two,)), [made(["wear"], [0.0057]), two], np.array([True]), [])
+    assert choice is not None
+    assert choice.winner is two
+
+
 def test_what_acts_on_a_channel_where_nothing_is_left_stays() -> None:
     both = made(["inertia", "backlash@x_out"], [0.0019, 0.0002])
     every = [made(["inertia"], [0.0019, 0.0017]), made(["backlash@x_out"], [0.0091, 0.0002]), both]

@@ -2,7 +2,8 @@
 
 A right name whose law is not quite the rig's leaves part of its effect, and further effects then gain by patching it
 up. So where something is left that is no noise, the effect that removes most counts if it removes half of that, and a
-further one if it removes more than that.
+further one if it removes more than that. An answer that needs more effects than are believed together is none, though
+some of them only correct the form.
 """
 
 from __future__ import annotations
@@ -44,9 +45,8 @@ def without_patches(
         if fewer.effects and all(set(fewer.effects) != set(other.effects) for other in found):
             found.append(fewer)
     fewest = min((len(h.effects) for h in found), default=0)
-    if not 0 < fewest <= OPEN_GAP_EFFECTS:
-        return None
-    return Choice(choice.best, tuple(h for h in found if len(h.effects) == fewest))
+    kept_few = tuple(h for h in found if len(h.effects) == fewest and len(h.added) <= OPEN_GAP_EFFECTS)
+    return Choice(choice.best, kept_few) if 0 < fewest <= OPEN_GAP_EFFECTS and kept_few else None
 
 
 def _removed_ratio(one: Hypothesis, spec: str, hypotheses: Sequence[Hypothesis], open_: BoolArray) -> float:

@@ -152,26 +152,29 @@ def with_fewer(
     """The same, and the best one without each of its effects, from its values, where that leaves as little.
 
     One more effect can lead the others out of a valley in which they had ended without it, or were not looked at
-    without it: it is not missing for that.
+    without it: it is not missing for that. Of those that are known the lower fit is kept, as little or not: what the
+    valley was worth is no work of the effect.
     """
     found = {frozenset(h.added): h for h in hypotheses}
 
     def without(more: Hypothesis, spec: str) -> Hypothesis | None:
         added = tuple(s for s in more.added if s != spec)
-        known, fitted = found.get(frozenset(added)), refit_without(more.fitted, spec, more.nuisances)
+        known = found.get(frozenset(added))
+        fitted = refit_without(more.fitted, spec, more.nuisances, kept=more.nuisances)
         if known is None:
             kept = tuple(s for s in more.form_corrections if s != spec)
             known = replace(more, added=added, form_corrections=kept, nuisance_tests=None)
-        elif fitted.cost >= known.fitted.cost:
+        elif fitted.cost >= (1.0 - CONVERGED_SHARE) * known.fitted.cost:
             return None
-        less = with_fit(known, fitted, holdout)
-        return less if indistinguishable(less, best, refitted) else None
+        return with_fit(known, fitted, holdout)
 
     wanted = [(best, spec) for spec in best.added]
     while wanted:
-        fewer = together(lambda one: without(*one), [(h, spec) for h, spec in wanted if spec not in h.nuisances])
-        as_good = {frozenset(h.added): h for h in fewer if h is not None}
-        found |= as_good
+        wanted = [(h, spec) for h, spec in wanted if spec not in h.nuisances or spec in h.fitted.released]
+        lower = together(lambda one: without(*one), wanted)
+        fewer = [h for h in lower if h is not None]
+        as_good = {frozenset(h.added): h for h in fewer if indistinguishable(h, best, refitted)}
+        found |= {frozenset(h.added): h for h in fewer if frozenset(h.added) in found} | as_good
         wanted = [(h, spec) for h in as_good.values() for spec in h.added]
     return list(found.values())
 

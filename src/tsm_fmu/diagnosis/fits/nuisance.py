@@ -209,18 +209,21 @@ def shrunk_nuisances(fitted: Fitted, nuisances: Sequence[str]) -> dict[str, floa
     return found
 
 
-def refit_without(fitted: Fitted, spec: str, nuisances: Sequence[str], start: Place | None = None) -> Fitted:
+def refit_without(
+    fitted: Fitted, spec: str, nuisances: Sequence[str], start: Place | None = None, kept: Sequence[str] = ()
+) -> Fitted:
     """A refit with one effect less.
 
     Parameters
     ----------
     fitted : Fitted
     spec : str
-    nuisances : sequence of str
+    nuisances, kept : sequence of str
+        Nuisance effects, and those of which only what was released goes.
     start : (mapping, mapping), optional
         Where it starts, instead of the values of the fit.
     """
-    effects = [e for e in fitted.effects if e != spec]
+    effects = [e for e in fitted.effects if e != spec or e in kept]
     start = start or (fitted.values, fitted.per_run)
     return best_refit(fitted, effects, [start], nuisances, released=[e for e in fitted.released if e != spec])
 
