@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.choice import floors as module
-from tsm_fmu.diagnosis.choice.floors import _mostly_explained, _repeats, floors_of, open_channels, white_noise
+from tsm_fmu.diagnosis.choice.floors import _repeats, floors_of, mostly_explained, open_channels, white_noise
 from tsm_fmu.regression.problem import FitRun
 
 SPREAD = 3.7
@@ -127,8 +127,8 @@ def test_four_fifths_of_the_square_above_noise_are_nearly_all(left: float, mostl
     rmse = float(np.sqrt(noise**2 + left * 0.2 * gap))
     fitted = fit(rmse, white=0.3 if beside else noise)
     reference = fit(noise) if beside else None
-    assert bool(_mostly_explained(one(fitted, "wear"), one(fit(0.5)), reference)[0]) is mostly
-    assert not _mostly_explained(one(fitted), one(fit(0.5)), reference)[0]
+    assert bool(mostly_explained(one(fitted, "wear"), one(fit(0.5)), reference)[0]) is mostly
+    assert not mostly_explained(one(fitted), one(fit(0.5)), reference)[0]
 
 
 @pytest.mark.parametrize(("left", "mostly"), [(0.99, True), (1.01, False)])
@@ -139,10 +139,10 @@ def test_measured_and_held_out_runs_count_together(left: float, mostly: bool) ->
     fitted = fit(float(np.sqrt(noise**2 + rest / 3.0)), white=noise)
     out = float(np.sqrt(noise**2 + rest / 1.5))
     before = one(fit(0.3), held_out=0.6)
-    assert bool(_mostly_explained(one(fitted, "wear", held_out=out), before, None)[0]) is mostly
+    assert bool(mostly_explained(one(fitted, "wear", held_out=out), before, None)[0]) is mostly
     alone = one(fitted, "wear")  # without it on either side the measured ones do
     by_measured = rest / 3.0 < 0.2 * (0.3**2 - noise**2)
-    assert bool(_mostly_explained(alone, before, None)[0]) is by_measured
+    assert bool(mostly_explained(alone, before, None)[0]) is by_measured
 
 
 def floors(best: Any, winner: Any = None, reference: Any = None) -> Any:

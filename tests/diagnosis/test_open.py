@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from tsm_fmu.diagnosis.choice.floors import _mostly_explained, floors_of, open_channels
+from tsm_fmu.diagnosis.choice.floors import floors_of, mostly_explained, open_channels
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, hypothesis
 from tsm_fmu.diagnosis.choice.patches import without_patches
 from tsm_fmu.diagnosis.choice.supported import Choice
@@ -139,9 +139,9 @@ def test_nearly_all_of_a_gap_counts_from_what_reference_runs_leave(
     left = leaving(dip(0.07))
     size = float(left.rmse[0] / left.spread[0])
     base, reference = bare(leaving(white(before * size))), leaving(white(0.9 * size))
-    assert _mostly_explained(bare(left, "inertia"), base, reference)[0] == mostly
-    assert not _mostly_explained(bare(left), base, reference)[0]  # without an effect nothing is explained
-    assert not _mostly_explained(bare(left, "inertia"), base, None)[0]  # from white noise on it was 2.2 of it
+    assert mostly_explained(bare(left, "inertia"), base, reference)[0] == mostly
+    assert not mostly_explained(bare(left), base, reference)[0]  # without an effect nothing is explained
+    assert not mostly_explained(bare(left, "inertia"), base, None)[0]  # from white noise on it was 2.2 of it
 
 
 def test_what_repeats_from_period_to_period_is_no_noise(rig: Rig) -> None:

@@ -1,7 +1,7 @@
 """Effects of channels that are explained, where another channel is not.
 
 What nothing explains in a torque takes no name away from what a position lacks, as long as that has nothing to do with
-the torque: its effects act on explained channels alone, and close nearly all of the gap there.
+the torque: its effects act on explained channels alone, and close nearly all of the gap there as others must.
 """
 
 from __future__ import annotations
@@ -11,9 +11,8 @@ from collections.abc import Sequence
 from ...kernels.arrays import BoolArray
 from ...regression.problem import FitRun
 from ..criteria import CLEAN_EFFECT_SPREAD_SHARE, OPEN_GAP_EFFECTS
-from ..fits.nuisance import nearly_removed
 from ..fits.refit import Fitted
-from .floors import least_floor
+from .floors import mostly_explained
 from .hypotheses import Hypothesis
 from .patches import restricted_to
 from .supported import Choice
@@ -31,7 +30,7 @@ def of_explained_channels(
     refitted : Hypothesis
         The refitted model without nuisance effects.
     explained : ndarray of bool, shape (channels,)
-        Channels in which the choice leaves nothing that is no noise.
+        Channels in which the choice leaves no more than the form of its laws.
     hypotheses : sequence of Hypothesis
         Where to find those with fewer effects.
     holdout : sequence of FitRun
@@ -56,13 +55,9 @@ def of_explained_channels(
 
 
 def _closed(one: Hypothesis, refitted: Hypothesis, reference_fit: Fitted | None) -> BoolArray:
-    """Channels with a gap of which a hypothesis leaves next to nothing, on measured and on held-out runs."""
-    floor = least_floor(one, reference_fit) ** 2
+    """Channels with a gap of which a hypothesis leaves as little as an answer may."""
     gap = refitted.measured > (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
-    closed = gap & nearly_removed(refitted.measured - floor, one.measured - floor)
-    if one.held_out is not None and refitted.held_out is not None:
-        closed &= nearly_removed(refitted.held_out - floor, one.held_out - floor)
-    return closed
+    return gap & mostly_explained(one, refitted, reference_fit)
 
 
 def _acts_within(one: Hypothesis, spec: str, channels: BoolArray) -> bool:

@@ -94,7 +94,7 @@ def floors_of(
     if reference_fit is not None:  # gaps are judged against the larger floor
         noise, least = np.maximum(noise, reference_fit.rmse), np.maximum(least, reference_fit.rmse)
     open_ = open_channels(winner, refitted.fitted, reference_fit, stepped)
-    unexplained = (open_ & ~_mostly_explained(winner, refitted, reference_fit)) | _lost_elsewhere(
+    unexplained = (open_ & ~mostly_explained(winner, refitted, reference_fit)) | _lost_elsewhere(
         winner, refitted, noise
     )
     return Floors(noise, least, None if reference_fit is None else reference_fit.rmse, open_, unexplained)
@@ -141,7 +141,7 @@ def _predictable(fitted: Fitted) -> FloatArray:
     return predictable_share(fitted.residuals, places_of(fitted), *coordinate_units(fitted.problem.kernel))
 
 
-def _mostly_explained(one: Hypothesis, refitted: Hypothesis, reference_fit: Fitted | None) -> BoolArray:
+def mostly_explained(one: Hypothesis, refitted: Hypothesis, reference_fit: Fitted | None) -> BoolArray:
     """Channels in which the effects close nearly all of the gap, though their law is not quite the true one.
 
     The gap is that of the measured and of the held-out runs together: where a motion shows little of an effect, the

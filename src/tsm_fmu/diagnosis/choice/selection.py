@@ -92,8 +92,9 @@ def select(
     ):
         floors = replace(floors, unexplained=np.ones_like(floors.open_))
     if floors.unexplained.any():
-        explained = ~(floors.open_ | floors.unexplained)
-        part = of_explained_channels(choice, baselines.refitted, explained, found, holdout, baselines.reference)
+        part = of_explained_channels(
+            choice, baselines.refitted, ~floors.unexplained, found, holdout, baselines.reference
+        )
         choice, floors = part or choice, replace(floors, in_part=part is not None)
     return Selection(baselines, tuple(found), choice, floors)
 
