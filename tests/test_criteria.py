@@ -22,7 +22,7 @@ FINENESS = {
     "numerics": ("STEPS", "RIDGE", "DAMPING", "DECIBEL", "SHAPES", "SHRUNK", "FIRST_STEPS", "FIRST_ROWS",
                  "EARLY_STEPS", "PROBE_STEPS", "FOLD_STEPS", "FURTHER_STEPS", "LAST_STEPS", "REFINED_STEPS",
                  "REFINED_CHANGE", "REFINED_GAIN", "INDEPENDENT", "AT_AN_END", "PROPORTIONAL", "SLOW_STEPS",
-                 "FINE_STEPS", "LEAST_WIDTH", "TWINS", "UNREACHED", "NOISE_DEVIATIONS"),
+                 "FINE_STEPS", "TWINS", "UNREACHED", "NOISE_DEVIATIONS"),
     "the library of functions": ("DISTANCES", "SPEEDS", "WIDTHS", "LAGS", "CENTRED", "HOLD", "TURNING_RAD", "ALIKE",
                                  "BLOCKS", "MOST_FOLDS", "HARMONICS", "SINGLE", "HATS", "LAGGED"),
     "what a page holds": ("LEADING", "MOST_PLACES", "MOST_RUNS", "MOST_DRAWN", "DISTINCT"),

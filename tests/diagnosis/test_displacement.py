@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tsm_fmu.diagnosis.runs.displacement import speed_of_steps, with_logged_speed, with_speeds_of_position
+from tsm_fmu.diagnosis.runs.displacement import speed_of_steps, with_speeds_of_position
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.differentiate import differentiate
 from tsm_fmu.logs.record import Record
@@ -58,33 +58,6 @@ def test_stamps_that_jitter_are_in_the_speed():
     time = np.sort((np.arange(1500) + 0.3 * rng.uniform(-1.0, 1.0, 1500)) / RATE)
     x, v = strokes(time)
     assert rms(speed_of_steps(time, x)[1:] - 0.5 * (v[1:] + v[:-1])) < 0.03 * rms(v)
-
-
-@pytest.mark.parametrize(("step", "rough"), [(1.1e-6, 2.3e-4), (3.9e-5, 2.3e-4), (3.9e-5, 1.9e-3)])
-@pytest.mark.parametrize("lag", [0.0, 0.011])
-def test_a_logged_speed_says_what_a_coarse_encoder_does_not(step, rough, lag):
-    """Smoother than its steps and no further from the way, though the logged speed is late and rests are full of noise.
-
-    The last is no better than the steps: little of it is taken.
-    """
-    time, rng = np.arange(int(11.0 * RATE)) / RATE, np.random.default_rng(771)
-    x, v = strokes(time)
-    read = step * np.round(x / step)
-    logged = np.interp(time - lag, time, v) + rough * rng.standard_normal(v.size)
-    steps = speed_of_steps(time, read)
-    both = with_logged_speed(time, read, steps, logged)
-    truth = 0.5 * (v[1:] + v[:-1])
-    assert rms(both[1:] - truth) < 1.02 * rms(steps[1:] - truth)
-    if rough < 1e-3 and step > 1e-5:
-        rough_of = [rms(np.diff(s, n=3)) for s in (both[1:] - truth, steps[1:] - truth)]
-        assert rough_of[0] < 0.5 * rough_of[1]
-    way = np.append(0.0, np.cumsum(both[1:] * np.diff(time)))
-    assert np.ptp((way - x)[5:-5]) < 8.0 * step + (0.05 + 0.4 * (lag > 0.0)) * np.abs(np.diff(x)).max()
-    still = (time > 6.3) & (time < 7.5)
-    assert not both[still].any()
-    late = time > 1.0
-    mine, theirs, truly = (dahl(path, 6e-4)[late] for path in (way, np.append(0.0, np.cumsum(logged[1:] / RATE)), x))
-    assert rms(mine - truly) < 0.7 * rms(theirs - truly)
 
 
 def record(time, columns):

@@ -126,6 +126,8 @@ def test_laws_of_another_kind_that_predict_far_more_contradict_a_name(
     evidence += [FamilyShare("sensor", "x_out", 0.99), FamilyShare("sensor", "tau_in", 0.98)]
     before: Any = SimpleNamespace(measured=np.array([1.0, 1.0, 1.0]))
     assert contradicted(choice, before, evidence) is none
+    one.measured[1] = 0.029  # as little as a right name may leave of what it removes: 3 %
+    assert not contradicted(choice, before, evidence)
 
 
 def test_what_is_next_to_nothing_has_no_family_where_nothing_is_missing() -> None:
@@ -157,9 +159,8 @@ def test_an_answer_without_a_name_says_what_is_left(verdict: str) -> None:
     seen = (FamilyShare("history", "F", 0.417), FamilyShare("time", "F", 0.2))
     told = answer(Diagnosis(verdict, gap=gap, channels=("F",), family=("history",), family_evidence=seen))
     assert "No effect named" in told
-    assert told.endswith(
-        f"What the parameters leave, too little for a name, is {FAMILIES['history']} (such laws predict 42 % of it)."
-    )
+    law = f"{FAMILIES['history']} (such laws predict 42 % of it)"
+    assert told.endswith(f"What the model's own parameters leave, too little for a name, is {law}.")
     assert "too little" not in answer(Diagnosis(verdict, gap=gap, channels=("F",), family_evidence=seen))
 
 

@@ -14,6 +14,7 @@ from tsm_fmu.diagnosis.choice.refits import probe, refit_candidates, refit_rival
 from tsm_fmu.diagnosis.choice.supported import with_fewer
 from tsm_fmu.diagnosis.criteria import RIVAL_COST_RATIO
 from tsm_fmu.diagnosis.fits.carried import carried_over
+from tsm_fmu.diagnosis.fits.nuisance import best_refit
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.diagnosis.fits.screening import Screened, screen
 from tsm_fmu.kernels.chain import attach
@@ -94,12 +95,25 @@ def test_what_is_better_is_left_as_it_is_and_a_lower_fit_kept_though_no_rival(
     (lower,) = with_fewer(best, [worse], none, [])  # another valley of the same model: not what the mass removes
     assert lower.added == ()
     assert best.fitted.cost < lower.fitted.cost < worse.fitted.cost
-    assert with_fewer(more, [worse], none, [])[0] is not best  # what is not known must be as good
-    assert ("wear",) not in {h.added for h in with_fewer(more, [worse], none, [])}
+    found = {h.added: h for h in with_fewer(more, [worse], none, [])}
+    assert found[()].fitted.cost < worse.fitted.cost
+    assert ("wear",) not in found  # what is not known must be as good
     with_nuisances = replace(best, added=(), nuisances=("inertia",))
     assert (
         with_fewer(replace(best, nuisances=("inertia",)), [with_nuisances], none, [])[0] is with_nuisances
     )  # there in both
+
+
+def test_a_drift_that_was_let_go_is_held_again_from_its_values(task: Task, best: Hypothesis) -> None:
+    drift = ("offset_drift@F",)
+    worse = hypothesis((), refit(task, drift, {"sigma2": 3.0}, fixed=["sigma2"]), drift, [])
+    loose = best_refit(best.fitted, drift, [(best.fitted.values, {})], drift, drift)
+    assert loose.released == drift
+    (held,) = with_fewer(hypothesis(drift, loose, drift, []), [worse], worse, [])
+    assert held.added == held.fitted.released == ()
+    assert held.fitted.effects == drift  # the offset stays
+    assert held.fitted.values["F.offset_drift.c"] == 0.0
+    assert loose.cost <= held.fitted.cost < worse.fitted.cost
 
 
 def test_what_a_freedom_removes_is_found_once(task: Task, best: Hypothesis, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -274,7 +274,7 @@ def test_shares_of_families_are_told_as_percent_and_never_below_none(monkeypatch
     section = told(monkeypatch, family_evidence=evidence).sections["Family"]
     assert section.text.startswith("No family of laws predicts enough")
     section = told(monkeypatch, verdict="none", family_evidence=evidence, family=("load",)).sections["Family"]
-    assert section.text == f"Of what the parameters leave, too little for a name: {load}."
+    assert section.text == f"Of what the model's own parameters leave, too little for a name: {load}."
     assert "Family" not in told(monkeypatch, family=("position",)).sections
 
 

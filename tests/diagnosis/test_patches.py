@@ -61,10 +61,16 @@ def test_of_three_laws_none_is_believed_where_something_is_left_though_one_only_
     every = [made(["inertia", "wear"], [0.0031]), made(["creep", "wear"], [0.0057]), three]
     assert three.effects == ("inertia", "creep")
     assert without_patches(Choice(three, (three,)), every, np.array([True]), []) is None
+    fewer = made(["inertia", "viscous"], [0.0009])  # what is not told from it does not become sure by that
+    every += [made(["inertia"], [0.0031]), made(["viscous"], [0.0057]), fewer]
+    assert without_patches(Choice(three, (three, fewer)), every, np.array([True]), []) is None
+    assert without_patches(Choice(fewer, (fewer,)), every, np.array([True]), []) is not None
     two = replace(made(["inertia", "wear"], [0.0008]), form_corrections=form)
     choice = without_patches(Choice(two, (two,)), [made(["wear"], [0.0057]), two], np.array([True]), [])
     assert choice is not None
     assert choice.winner is two
+    large = replace(made(["inertia", "wear"], [0.0008], {"delay@F": 0.1}), form_corrections=form)  # three with it
+    assert without_patches(Choice(large, (large,)), [made(["wear"], [0.0057]), large], np.array([True]), []) is None
 
 
 def test_what_acts_on_a_channel_where_nothing_is_left_stays() -> None:

@@ -77,5 +77,7 @@ def test_an_effect_is_there_that_no_other_comes_near_though_something_is_left(
     assert not _far_ahead(Choice(one, (one,)), [one, both], None).any()  # all have it: nothing shows its lead
     floor: Any = SimpleNamespace(rmse=one.fitted.spread * 0.05)  # on reference runs: no effect takes it
     assert _far_ahead(Choice(one, (one,)), [plain, one, other], floor).tolist() == [ahead or left == 0.055]
+    above: Any = SimpleNamespace(rmse=one.fitted.spread * 0.13)  # no gap there, that a name could close
+    assert not _far_ahead(Choice(one, (one,)), [plain, one, other], above).any()
     aside = made("inertia", left, held, share=0.0059)  # it does not act on this channel
     assert not _far_ahead(Choice(aside, (aside,)), [plain, aside, other], None).any()

@@ -31,6 +31,8 @@ from .evidence import (
 )
 from .improved import ImprovedModel
 
+MISSING = ("named", "ambiguous", "unknown")
+"""Verdicts that say that something is missing."""
 MOST_DRAWN = 3
 """Other effects, each alone, in the picture of the gap: the best ones."""
 
@@ -57,8 +59,8 @@ class Diagnosis:
     family : tuple of str
         Families of what the model lacks, one for each kind of law: of the effects named or not told apart; of what has
         no name the one whose laws predict most of the residual, and that of the effect that comes closest. With
-        ``none`` and ``parameters`` of what a refit leaves, which is too little for a name. Empty where nothing can be
-        said.
+        ``none`` and ``parameters`` of what a refit of the model's own parameters leaves, too little for a name. Empty
+        where nothing can be said.
     family_evidence : tuple of FamilyShare
         What the laws of each family predict of the residual of each channel, most first.
     candidates : tuple of Candidate

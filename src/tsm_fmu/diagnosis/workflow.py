@@ -31,12 +31,18 @@ from .choice.path import way_to_a_better_model
 from .choice.search import Search, candidate_places
 from .choice.selection import Selection, select, without_names
 from .choice.visibility import unexcited
-from .criteria import CLEAN_EFFECT_SPREAD_SHARE, NOTABLE_RATIO, PRESLIDING_STROKE_SHARE, STRONGEST_RATIO
+from .criteria import (
+    CLEAN_EFFECT_SPREAD_SHARE,
+    LITTLE_SPREAD_SHARE,
+    NOTABLE_RATIO,
+    PRESLIDING_STROKE_SHARE,
+    STRONGEST_RATIO,
+)
 from .evidence import Candidate, FamilyShare, Gap, Gate, NextMotion, RunComparison
 from .fits.placing import not_applicable
 from .fits.ranges import level_ranges
 from .fits.refit import Fitted, Task, as_given
-from .result import Diagnosis
+from .result import MISSING, Diagnosis
 from .runs.beginning import beginning_note
 from .runs.displacement import with_speeds_of_position
 from .runs.drivers import drives_of
@@ -283,7 +289,7 @@ def _described(
         unknown=found.selection.floors.without_answer,
     )  # fmt: skip
     stage = "given" if verdict.word in ("none", "parameters") else "refitted"
-    missing = verdict.word in ("named", "ambiguous", "unknown")
+    missing = verdict.word in MISSING
     where, shapes = located(stages[stage], seed, formulas=missing)
     given, refitted, final = (model_fit(fitted) for fitted in stages.values())
     bounds = bound_notes(before.refitted.fitted, verdict.final)
@@ -305,23 +311,26 @@ def _described(
     channel = leading_channel(diagnosis) or ""
     equivalent = [e for ids in diagnosis.equivalent for e in ids]
     telling = found.evidence if missing else not_little(found.evidence, before.refitted.fitted)
-    families = families_of(verdict.effects, equivalent, telling, channel, _closest(found))
-    if "position" in families:
+    if verdict.word == "not_excited":
+        telling = ()
+    families = families_of(verdict.effects, equivalent, telling, channel, _closest(found, missing=missing))
+    if missing and "position" in families:
         shapes = with_position_law(tuple(shapes), stages[stage], channel, seed)
     diagnosis = replace(diagnosis, family=families, family_evidence=found.evidence, shapes=shapes)
     return replace(diagnosis, answer=answer(diagnosis))
 
 
-def _closest(found: Investigation) -> tuple[str, ...]:
+def _closest(found: Investigation, *, missing: bool) -> tuple[str, ...]:
     """Effects of the best hypothesis, which comes closest to what has no name.
 
-    Where it closes as much of a channel as a named effect must; else of those that it adds to the nuisance parameters,
-    if they remove there what an effect must.
+    Where something is missing and it closes as much of a channel as a named effect must; else of those that it adds to
+    the nuisance parameters, if they remove a notable part of what is left, and more than next to nothing.
     """
     best, plain = found.selection.choice.best, found.selection.hypotheses[0]
-    if (best.measured < (1.0 - STRONGEST_RATIO) * found.selection.baselines.refitted.measured).any():
+    if missing and (best.measured < (1.0 - STRONGEST_RATIO) * found.selection.baselines.refitted.measured).any():
         return best.effects
-    return best.added if (plain.measured - best.measured > NOTABLE_RATIO * best.measured).any() else ()
+    least = np.maximum(NOTABLE_RATIO * best.measured, (LITTLE_SPREAD_SHARE * best.fitted.spread) ** 2)
+    return best.added if found.verdict.word != "not_excited" and (plain.measured - best.measured > least).any() else ()
 
 
 def _answered(found: Investigation) -> tuple[str, ...]:

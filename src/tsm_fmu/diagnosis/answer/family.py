@@ -14,7 +14,14 @@ from ...regression.problem import FitRun
 from ...regression.sensitivity import output_jacobian
 from ..choice.hypotheses import Hypothesis
 from ..choice.supported import Choice
-from ..criteria import CONTRADICTING_SHARE, FAMILY_SHARE, FAMILY_TIE_SHARE, LITTLE_SPREAD_SHARE, MUCH_LESS_RATIO
+from ..criteria import (
+    CONTRADICTING_SHARE,
+    FAMILY_SHARE,
+    FAMILY_TIE_SHARE,
+    LAW_FORM_SHARE,
+    LITTLE_SPREAD_SHARE,
+    MUCH_LESS_RATIO,
+)
 from ..evidence import FamilyShare
 from ..fits.refit import Fitted
 from ..fits.response import normalised, places_of
@@ -47,8 +54,9 @@ def contradicted(choice: Choice, refitted: Hypothesis, evidence: Sequence[Family
 
     Either they leave little where those of the answer leave most, or the few of a sensor (its size, its rate, a delay
     that grows) leave much less than the many of the answer's families. Looked at is, of the channels that its effects
-    change, that of which it removes most. Effects whose laws are free in few ways (bursts, steps of a converter) are
-    not among the functions of their family: nothing predicts them, and nothing contradicts them.
+    change, that of which it removes most. What leaves no more there than a right name may is not contradicted: what
+    the functions predict is without the moves of the model's parameters, which a refit has. Nor are, as a rule, effects
+    that are not among the functions of their family (bursts, steps of a converter): no others predict most of them.
 
     Parameters
     ----------
@@ -63,7 +71,10 @@ def contradicted(choice: Choice, refitted: Hypothesis, evidence: Sequence[Family
     if not choice.winner.acts.any():
         return False
     removed = np.where(choice.winner.acts, refitted.measured / np.maximum(choice.winner.measured, 1e-300), 0.0)
-    channel = choice.winner.fitted.problem.channels[int(np.argmax(removed))]
+    c = int(np.argmax(removed))
+    if removed[c] - 1.0 > 1.0 / LAW_FORM_SHARE:
+        return False
+    channel = choice.winner.fitted.problem.channels[c]
     shares = {e.family: e.share for e in evidence if e.channel == channel}
     own, most = max(shares.get(f, 0.0) for f in families), max(shares.values(), default=0.0)
     of_sensor = shares.get("sensor", 0.0)

@@ -98,9 +98,9 @@ def _family_text(found: Diagnosis, channel: str) -> str:
 
 
 def _little_text(found: Diagnosis, channel: str) -> str:
-    """Of what it is a law that a refit of the parameters leaves, where that is no more than form."""
+    """Of what it is a law that a refit of the model's own parameters leaves, where that is no more than form."""
     families = _families_with_shares(found, channel)
-    return f" What the parameters leave, too little for a name, is {either(families)}." if families else ""
+    return f" What the model's own parameters leave, too little for a name, is {either(families)}." if families else ""
 
 
 def _families_with_shares(found: Diagnosis, channel: str) -> list[str]:

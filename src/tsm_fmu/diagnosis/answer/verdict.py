@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...effects import EFFECTS, about, effect_of, id_of, looks_like, sizes_as
+from ...effects import about, effect_of, id_of, sizes_as
 from ...regression.problem import FitRun
 from ..choice.baselines import Baselines
 from ..choice.floors import Floors
@@ -89,7 +89,7 @@ def _other_laws_of_reversals(effect: str) -> tuple[str, ...]:
 
     One that is a nuisance parameter stands for play before it too.
     """
-    alike = tuple(m.NAME for m in EFFECTS if m.NAME != effect and looks_like(m.NAME, [effect]))
+    alike = about(effect).looks_like
     return alike if about(effect).role == "nuisance" else tuple(e for e in alike if about(e).after_reversal)
 
 

@@ -1,7 +1,7 @@
 """Effects of channels that are explained, where another channel is not.
 
 What nothing explains in a torque takes no name away from what a position lacks, as long as that has nothing to do with
-the torque: its effects act on explained channels alone, and close nearly all of the gap there as others must.
+the torque: its effects act on explained channels alone, and close as much of the gap there as others must.
 """
 
 from __future__ import annotations

@@ -45,8 +45,10 @@ def without_patches(
         if fewer.effects and all(set(fewer.effects) != set(other.effects) for other in found):
             found.append(fewer)
     fewest = min((len(h.effects) for h in found), default=0)
-    kept_few = tuple(h for h in found if len(h.effects) == fewest and len(h.added) <= OPEN_GAP_EFFECTS)
-    return Choice(choice.best, kept_few) if 0 < fewest <= OPEN_GAP_EFFECTS and kept_few else None
+    with_fewest = tuple(h for h in found if len(h.effects) == fewest)
+    if not fewest or any(len({*h.added, *h.effects}) > OPEN_GAP_EFFECTS for h in with_fewest):
+        return None
+    return Choice(choice.best, with_fewest)
 
 
 def _removed_ratio(one: Hypothesis, spec: str, hypotheses: Sequence[Hypothesis], open_: BoolArray) -> float:

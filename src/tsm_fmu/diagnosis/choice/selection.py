@@ -95,6 +95,9 @@ def select(
         part = of_explained_channels(
             choice, baselines.refitted, ~floors.unexplained, found, holdout, baselines.reference
         )
+        left = floors.open_ & ~floors.unexplained
+        if part and left.any():
+            part = without_patches(part, found, left, holdout)
         choice, floors = part or choice, replace(floors, in_part=part is not None)
     return Selection(baselines, tuple(found), choice, floors)
 
@@ -122,7 +125,7 @@ def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: 
     floor = least_floor(one, reference_fit) ** 2
     closes = one.measured - floor < (1.0 - EXPLAINED_SHARE) * np.maximum(plain.measured - floor, 0.0)
     carries_over = plain.held_out - one.held_out > NOTABLE_RATIO * one.held_out
-    return one.acts & closes & carries_over
+    return one.acts & (plain.measured > floor) & closes & carries_over
 
 
 def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:

@@ -152,8 +152,8 @@ def with_fewer(
     """The same, and the best one without each of its effects, from its values, where that leaves as little.
 
     One more effect can lead the others out of a valley in which they had ended without it, or were not looked at
-    without it: it is not missing for that. Of those that are known the lower fit is kept, as little or not: what the
-    valley was worth is no work of the effect.
+    without it: it is not missing for that. Of those that are known a lower fit, on held-out runs too, is kept, as
+    little or not: what the valley was worth is no work of the effect.
     """
     found = {frozenset(h.added): h for h in hypotheses}
 
@@ -166,13 +166,14 @@ def with_fewer(
             known = replace(more, added=added, form_corrections=kept, nuisance_tests=None)
         elif fitted.cost >= (1.0 - CONVERGED_SHARE) * known.fitted.cost:
             return None
-        return with_fit(known, fitted, holdout)
+        less = with_fit(known, fitted, holdout)
+        return less if frozenset(added) not in found or log_residual(less) < log_residual(known) else None
 
     wanted = [(best, spec) for spec in best.added]
     while wanted:
         wanted = [(h, spec) for h, spec in wanted if spec not in h.nuisances or spec in h.fitted.released]
         lower = together(lambda one: without(*one), wanted)
-        fewer = [h for h in lower if h is not None]
+        fewer = sorted((h for h in lower if h is not None), key=log_residual, reverse=True)  # the lowest comes last
         as_good = {frozenset(h.added): h for h in fewer if indistinguishable(h, best, refitted)}
         found |= {frozenset(h.added): h for h in fewer if frozenset(h.added) in found} | as_good
         wanted = [(h, spec) for h in as_good.values() for spec in h.added]

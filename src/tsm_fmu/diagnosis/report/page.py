@@ -25,7 +25,7 @@ from ..answer.sentence import (
 from ..criteria import CARRIED_OVER_RATIO, NOTABLE_SHARE
 from ..evidence import Candidate, Gap, Place
 from ..residual.library import LEGEND
-from ..result import Diagnosis
+from ..result import MISSING, Diagnosis
 from .plots import dependence_figures, motion_figures, run_sections
 
 MOST_PLACES = 12
@@ -199,8 +199,11 @@ def _families(found: Diagnosis) -> Section | None:
     if not found.family_evidence:
         return None
     rows = [(e.channel, FAMILIES[e.family], _percent(max(e.share, 0.0))) for e in found.family_evidence]
-    missing = found.verdict not in ("none", "parameters")
-    what = "what is missing" if missing else "what the parameters leave, too little for a name"
+    what = (
+        "what is missing"
+        if found.verdict in MISSING
+        else "what the model's own parameters leave, too little for a name"
+    )
     text = (
         f"Of {what}: {' and '.join(FAMILIES[f] for f in found.family)}."
         if found.family

@@ -3,8 +3,7 @@
 A model that is driven by its speed takes v dt for what the drive has moved, and its presliding state lives on that. A
 differentiator rounds each reversal off, and a measured speed at a few samples a reversal misses it: then the model is
 blamed for what the speed has lost. So where a log holds the position, and this has no noise but the steps of its
-encoder, the speed of a step is what the position has moved in it. Where those steps are rougher than a speed that is
-logged too, the position keeps to itself what is slow, and the logged speed says the rest.
+encoder, the speed of a step is what the position has moved in it.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
-from scipy.ndimage import binary_dilation, gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d
 
 from ...kernels.arrays import FloatArray
 from ...kernels.kernel import Kernel
@@ -22,14 +21,12 @@ from ...logs.differentiate import differentiate
 from ...logs.quantisation import quantisation_step
 from ...logs.record import Record
 from ...regression.residuals import white_noise
-from ..criteria import DITHER_SHARE, POSITION_NOISE_SHARE, REST_WINDOW_S
+from ..criteria import DITHER_SHARE, POSITION_NOISE_SHARE
 from .drivers import position_column
 
 SPEED, ACCELERATION = "v", "a"
 SLOW_STEPS = 3.5
 """Steps of the encoder in a sample up to which the instants of its edges say more than its readings."""
-LEAST_WIDTH = 0.7
-"""Of a Gaussian [samples]: a narrower one smooths nothing."""
 FINE_STEPS = (10.0, 30.0)
 """Steps of the encoder in a sample, from where to where one of them ceases to be noise of the speed."""
 
@@ -57,10 +54,7 @@ def with_speeds_of_position(
     for record in records:
         if name in record.columns:
             x, unit = record.columns[name], record.units[name]
-            steps = speed_of_steps(record.time, x)
-            if SPEED in record.columns:
-                steps = with_logged_speed(record.time, x, steps, record.columns[SPEED])
-            columns = {**record.columns, SPEED: steps}
+            columns = {**record.columns, SPEED: speed_of_steps(record.time, x)}
             units = {**record.units, SPEED: f"{unit}/s"}
             if accelerated and ACCELERATION not in record.columns:  # from the position: steps of a speed are rough
                 columns[ACCELERATION] = differentiate(record.time, x, 2, first_row=record.first_row).values
@@ -91,35 +85,6 @@ def speed_of_steps(time: FloatArray, x: FloatArray) -> FloatArray:
         fine = np.clip((steps - FINE_STEPS[0]) / (FINE_STEPS[1] - FINE_STEPS[0]), 0.0, 1.0)
         smooth = fine * smooth + (1.0 - fine) * gaussian_filter1d(smooth, 1.0, mode="nearest")
     return np.append(0.0, np.diff(smooth) / np.diff(time))
-
-
-def with_logged_speed(time: FloatArray, x: FloatArray, steps: FloatArray, speed: FloatArray) -> FloatArray:
-    """Speeds of the steps of a position, smoothed towards a logged speed where that has less noise.
-
-    The difference of the two is smoothed just so far that the noise of the position makes no more of it than the
-    logged speed has: their sum moves as the position does, and is no rougher than the speed. At rest nothing moves.
-
-    Parameters
-    ----------
-    time, x : ndarray, shape (n,)
-    steps, speed : ndarray, shape (n,)
-        Of `speed_of_steps`, and as logged.
-    """
-    dt = float(np.median(np.diff(time)))
-    noise = max(quantisation_step(x) / np.sqrt(12.0), float(white_noise(x)))
-    rough = max(float(white_noise(speed)), 1e-12 * float(np.max(np.abs(speed), initial=1e-300)))
-    width = (noise**2 / (4.0 * np.sqrt(np.pi) * (rough * dt) ** 2)) ** (1.0 / 3.0)  # of a Gaussian's slope, in samples
-    if width < LEAST_WIDTH:
-        return steps
-    rate = np.gradient(gaussian_filter1d(speed, width), time)
-    early = float(np.sum((steps - speed)[1:] * rate[1:]) / max(float(np.sum(rate[1:] ** 2)), 1e-300))
-    speed = np.interp(time + early, time, speed)  # filters of drives are late; steps are means over a sample
-    apart = steps - speed
-    apart[0] = apart[1]
-    near = np.ones(2 * int(np.ceil(REST_WINDOW_S / dt / 2.0)) + 1, bool)
-    moves = np.asarray(binary_dilation(np.append(0.0, np.abs(np.diff(x))) > 0.0, near), bool)
-    moves[0] = False
-    return np.where(moves, speed + gaussian_filter1d(apart, width, mode="nearest"), 0.0)
 
 
 def _clean(x: FloatArray) -> bool:
