@@ -218,10 +218,11 @@ def refit_without(
     ----------
     fitted : Fitted
     spec : str
-    nuisances, kept : sequence of str
-        Nuisance effects, and those of which only what was released goes.
+    nuisances : sequence of str
     start : (mapping, mapping), optional
         Where it starts, instead of the values of the fit.
+    kept : sequence of str
+        Nuisance effects of which only what was released goes.
     """
     effects = [e for e in fitted.effects if e != spec or e in kept]
     start = start or (fitted.values, fitted.per_run)
