@@ -311,9 +311,9 @@ def _described(
     channel = leading_channel(diagnosis) or ""
     equivalent = [e for ids in diagnosis.equivalent for e in ids]
     telling = found.evidence if missing else not_little(found.evidence, before.refitted.fitted)
-    if verdict.word == "not_excited":
-        telling = ()
-    families = families_of(verdict.effects, equivalent, telling, channel, _closest(found, missing=missing))
+    closest = _closest(found, missing=missing)
+    judged = verdict.word != "not_excited"
+    families = families_of(verdict.effects, equivalent, telling, channel, closest) if judged else ()
     if missing and "position" in families:
         shapes = with_position_law(tuple(shapes), stages[stage], channel, seed)
     diagnosis = replace(diagnosis, family=families, family_evidence=found.evidence, shapes=shapes)
@@ -330,7 +330,7 @@ def _closest(found: Investigation, *, missing: bool) -> tuple[str, ...]:
     if missing and (best.measured < (1.0 - STRONGEST_RATIO) * found.selection.baselines.refitted.measured).any():
         return best.effects
     least = np.maximum(NOTABLE_RATIO * best.measured, (LITTLE_SPREAD_SHARE * best.fitted.spread) ** 2)
-    return best.added if found.verdict.word != "not_excited" and (plain.measured - best.measured > least).any() else ()
+    return best.added if (plain.measured - best.measured > least).any() else ()
 
 
 def _answered(found: Investigation) -> tuple[str, ...]:

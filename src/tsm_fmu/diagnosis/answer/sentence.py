@@ -17,6 +17,8 @@ DISTINCT = 0.01
 """Ends of a range that differ by less than this part of the larger are one value."""
 OVER = {"x": "position", "v": "speed", "a": "acceleration", "sgn v": "the direction of motion", "dwell": "rests"}
 """Coordinates in words."""
+TOO_LITTLE = "what the model's own parameters leave, too little for a name"
+"""Of what the families are where nothing is missing."""
 ORDINAL = ("", "first", "second", "third", "fourth")
 
 
@@ -31,10 +33,10 @@ def answer(found: Diagnosis) -> str:
         changes = ", ".join(changes_text(found.changes))
         how = f" ({changes})" if changes else ""
         text = f"No effect named: other parameter values close the gap{how}. {as_sentence(numbers)}"
-        text += _little_text(found, channel)
+        text += _family_text(found, channel, f"{TOO_LITTLE},")
     elif found.verdict == "none":
         text = f"No effect named. {as_sentence(_remains(found, channel))} {as_sentence(numbers)}"
-        text += _little_text(found, channel)
+        text += _family_text(found, channel, f"{TOO_LITTLE},")
     elif found.verdict == "not_excited":
         reasons = "; ".join(found.gate.refused) or "no effect that could explain it shows in them"
         text = f"No answer from these runs: {reasons}. {as_sentence(numbers)}"
@@ -72,7 +74,7 @@ def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
     tried = [(c, x) for c in found.candidates if c.testable and (x := c.channels[channel].closure_measured) is not None]
     nearest = f" (the best, {words(tried[0][0].spec)}, {range_of(tried[0][1])})" if tried else ""
     text = as_sentence(f"{where}no effect of the library explains {of} well enough{nearest}; {numbers}")
-    text += _family_text(found, channel)
+    text += _family_text(found, channel, "what is missing")
     formula = next((s.formula for s in found.shapes if s.channel == channel and s.formula.text), None)
     if formula is None:
         return text
@@ -91,27 +93,16 @@ def _laws_text(found: Diagnosis) -> str:
     return f" Family: {either(laws) if found.verdict == 'ambiguous' else ' and '.join(laws)}." if laws else ""
 
 
-def _family_text(found: Diagnosis, channel: str) -> str:
-    """Of what the missing law is, where it has no name."""
-    families = _families_with_shares(found, channel)
-    return f" What is missing is {either(families)}." if families else ""
-
-
-def _little_text(found: Diagnosis, channel: str) -> str:
-    """Of what it is a law that a refit of the model's own parameters leaves, where that is no more than form."""
-    families = _families_with_shares(found, channel)
-    return f" What the model's own parameters leave, too little for a name, is {either(families)}." if families else ""
-
-
-def _families_with_shares(found: Diagnosis, channel: str) -> list[str]:
-    """Families with what their laws predict; the others are of the effects that come closest."""
+def _family_text(found: Diagnosis, channel: str, what: str) -> str:
+    """Of what something without a name is a law: by what such laws predict, or as the effect that comes closest is."""
     shares = {e.family: e.share for e in found.family_evidence if e.channel == channel}
-    return [
+    families = [
         f"{FAMILIES[f]} (such laws predict {_percent(shares[f])} of it)"
         if shares.get(f, 0.0) > FAMILY_SHARE
         else f"{FAMILIES[f]} (of the effect that comes closest)"
         for f in found.family
     ]
+    return f" {as_sentence(f'{what} is {either(families)}')}" if families else ""
 
 
 def _remains(found: Diagnosis, channel: str) -> str:

@@ -12,6 +12,7 @@ from ...effects import FAMILIES, about, words
 from ...logs.display import display
 from ...report import Section, Table, write_report
 from ..answer.sentence import (
+    TOO_LITTLE,
     as_sentence,
     best_wrong,
     changes_text,
@@ -199,11 +200,7 @@ def _families(found: Diagnosis) -> Section | None:
     if not found.family_evidence:
         return None
     rows = [(e.channel, FAMILIES[e.family], _percent(max(e.share, 0.0))) for e in found.family_evidence]
-    what = (
-        "what is missing"
-        if found.verdict in MISSING
-        else "what the model's own parameters leave, too little for a name"
-    )
+    what = "what is missing" if found.verdict in MISSING else TOO_LITTLE
     text = (
         f"Of {what}: {' and '.join(FAMILIES[f] for f in found.family)}."
         if found.family
