@@ -34,7 +34,7 @@ def table(split: Split, every: int) -> Iterator[str]:
 
     begin = time.process_time()
     runs = prepared(model, settled(split.fitted, every), [], settled(split.held_out, 1), None)
-    way = way_to_a_better_model(runs.model, task_of(runs, {}, None, ()), ())
+    way = way_to_a_better_model(runs, task_of(runs, {}, None, ()))
     found = improvement_of(way, runs, (), (), "", 0)
     count = f"{len(runs.measured)} runs fitted, {len(runs.holdout)} held out"
     yield f"| {split.name}, {count} | measured | left out | held out |"

@@ -11,6 +11,7 @@ import pytest
 import tsm_fmu as tsm
 from tsm_fmu.diagnosis import workflow
 from tsm_fmu.diagnosis.answer.improvement import improvement_of
+from tsm_fmu.diagnosis.choice import path
 from tsm_fmu.diagnosis.choice.path import Stop, way_to_a_better_model
 from tsm_fmu.diagnosis.fits.refit import as_given, refit
 from tsm_fmu.diagnosis.improved import ImprovedModel
@@ -44,7 +45,7 @@ def runs_of(cubic: float) -> PreparedRuns:
 @cache
 def way_of(cubic: float) -> tuple[list[Stop], ImprovedModel]:
     runs = runs_of(cubic)
-    way = way_to_a_better_model(runs.model, task_of(runs, {}, None, ()), ())
+    way = way_to_a_better_model(runs, task_of(runs, {}, None, ()))
     return way, improvement_of(way, runs, (), (), "", 0)
 
 
@@ -68,7 +69,7 @@ def test_way_goes_on_from_an_answer_that_leaves_less_and_drops_what_is_idle_in_i
     task = task_of(runs, {}, None, ())
     plain = as_given(task, ())
     answer = refit(task, ("stiffness_hardening@x_out", "sensor_lag@x_out"), plain.values)
-    way = way_to_a_better_model(runs.model, task, (), answer=answer)
+    way = way_to_a_better_model(runs, task, answer=answer)
     assert way[1].added == "stiffness_hardening@x_out and sensor_lag@x_out"
     assert way[-1].fitted.effects == way_of(0.31)[0][-1].fitted.effects
     assert way[-1].left_out_rms == pytest.approx(way_of(0.31)[0][-1].left_out_rms, rel=0.02)
@@ -78,16 +79,29 @@ def test_answer_that_leaves_no_less_is_not_begun_from() -> None:
     runs = runs_of(0.0)
     task = task_of(runs, {}, None, ())
     idle = refit(task, ("sensor_lag@x_out",), as_given(task, ()).values)
-    assert [stop.added for stop in way_to_a_better_model(runs.model, task, (), answer=idle)] == [""]
+    assert [stop.added for stop in way_to_a_better_model(runs, task, answer=idle)] == [""]
 
 
-def test_a_step_that_holds_on_the_samples_of_the_search_alone_is_left_out() -> None:
-    way, improved = way_of(0.31)
-    worse = replace(way[-1], added="sensor_lag@x_out", fitted=way[0].fitted)
-    cut = improvement_of([*way, worse], runs_of(0.31), (), (), "", 0)
-    assert cut.effects == improved.effects
-    assert [step.added for step in cut.steps] == [stop.added for stop in way]
-    assert "samples of the search alone: sensor_lag@x_out." in cut.text
+def test_a_step_that_holds_on_the_samples_of_the_search_alone_is_none() -> None:
+    """The effect that fits the samples of the search is not in the others: here the law ends where these begin."""
+    runs = runs_of(0.31)
+    whole = [replace(run, targets=run.targets - 0.31 * run.inputs[:, :1] ** 3) for run in runs.measured]
+    way = way_to_a_better_model(replace(runs, measured=whole), task_of(runs, {}, None, ()))
+    assert all(np.diff([stop.log_whole for stop in way]) < 0.0)
+    assert "stiffness_hardening@x_out" not in way[-1].fitted.effects
+
+
+def test_parameters_that_a_poor_model_made_idle_begin_anew() -> None:
+    runs = runs_of(0.31)
+    task = task_of(runs, {}, None, ())
+    law, far = ("stiffness_hardening@x_out",), {**TRUE, "alpha": 1e9, "beta": -1e-40}
+    lost = refit(task, law, far)
+    assert "alpha" not in lost.problem.shared
+    found = path._reweighted(lost, 60)
+    assert found.values["alpha"] == pytest.approx(TRUE["alpha"], rel=0.01)
+    assert found.rmse[0] < 1e-3 < 0.1 * lost.rmse[0]
+    fixed = refit(replace(task, fixed=("alpha",)), law, far)
+    assert path._reweighted(fixed, 15).values["alpha"] == 1e9
 
 
 def test_way_of_a_model_that_lacks_nothing_ends_where_it_begins() -> None:
@@ -134,4 +148,4 @@ def test_gain_of_a_step_counts_runs_that_were_left_out(monkeypatch: pytest.Monke
 
 
 def stop_that_left(added: str, squares: list[tuple[float, float]]) -> Stop:
-    return Stop(added, None, tuple(map(np.array, squares)))  # pyright: ignore[reportArgumentType]
+    return Stop(added, None, tuple(map(np.array, squares)), np.ones(2))  # pyright: ignore[reportArgumentType]

@@ -93,6 +93,28 @@ def test_a_response_is_the_change_of_the_model_that_holds_the_effect(
         assert np.linalg.norm(found[k, 60:] - expected) < ROUGH.get(attached.spec, 0.05) * size, k
 
 
+def test_the_response_of_a_model_that_holds_its_load_is_that_of_the_whole_chain() -> None:
+    """What is held comes back to the next sample: the friction alone does not say what the load becomes."""
+    time, runs = DT * np.arange(ROWS), []
+    values = {"tau_c": 0.044, "tau_s": 0.044, "sigma2": 0.0, "sigma0": 60.0, "ratio": 0.92, "hold": 1.0}
+    for k in range(2):
+        x, load = 0.5 * np.sin(np.pi * time + k), -0.08 + 0.03 * np.sin(0.9 * time + k)
+        tau_in = 0.92 * load + np.sign(np.cos(np.pi * time + k)) * (0.044 + 0.2 * np.abs(load))
+        runs.append(FitRun(f"r{k}", time, np.column_stack([x, tau_in]), load[:, None]))
+    task = Task("DistalEstimator", runs, ("tau_out",), {**values, "motion.x_pre": 0.01})
+    attached = attach(kernel("DistalEstimator"), "load_dependence")
+    model, expected = chain("DistalEstimator", (attached.spec,)), {}
+    for hold in (0.0, 1.0):
+        fitted = refit(replace(task, values={**task.values, "hold": hold}), (), {}, steps=0)
+        found = Responses(fitted, np.ones(1)).acting(attached).responses_to([{"k": 0.05}])[0].reshape(2, ROWS)
+        for k, run in enumerate(runs):
+            own = fitted.values
+            with_effect = model.simulate(model.params(None, own | {"load_dependence.k": 0.05}), time, run.inputs)[:, 1]
+            expected[hold] = with_effect - fitted.problem.outputs(k, fitted.table[k])[:, 0]
+            error = np.linalg.norm(found[k] - expected[hold]) / np.linalg.norm(expected[hold])
+            assert error < (1e-9 if hold else 0.2), (hold, k)
+
+
 def test_there_are_effects_at_the_friction_at_outputs_and_at_lost_motion() -> None:
     kinds = {(one.channel, one.on_lost_motion) for one in TRIED}
     assert {(None, False), ("x_out", False), ("x_out", True)} <= {(c or None, bool(lost)) for c, lost in kinds}

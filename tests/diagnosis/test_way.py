@@ -42,6 +42,9 @@ class Fit:
     def problem(self) -> Any:
         return SimpleNamespace(runs=self.task.runs, shared=tuple(range(5 + len(self.effects))))
 
+    def at(self, runs: Any) -> Any:
+        return SimpleNamespace(rmse=np.array([np.exp(self.left) * len(runs)]))
+
 
 @pytest.mark.parametrize("count", [2, 5])
 def test_each_run_is_judged_by_a_fit_to_runs_of_the_other_parts(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -55,7 +58,7 @@ def test_each_run_is_judged_by_a_fit_to_runs_of_the_other_parts(count: int, monk
 
     monkeypatch.setattr(path, "refit", refit)
     fit: Any = Fit(Task(runs), ("wear",), values={"F_c": 0.7}, per_run={"zero": 0.1 * np.arange(count)})
-    stop = path._judged("wear", fit)
+    stop = path._judged("wear", fit, [*runs, *runs])
     parts = min(3, count)
     assert len(asked) == parts
     for part, (kept, zeros, effects, values) in enumerate(asked):
@@ -65,6 +68,7 @@ def test_each_run_is_judged_by_a_fit_to_runs_of_the_other_parts(count: int, monk
     sizes = [count - len(range(k % parts, count, parts)) for k in range(count)]
     assert [float(x[0]) for x in stop.left_out] == [(10.0 * n + k) ** 2 for k, n in enumerate(sizes)]
     assert (stop.added, stop.fitted) == ("wear", fit)
+    assert stop.whole.tolist() == [2.0 * count]  # of all samples
 
 
 def test_choices_are_the_other_values_of_switches_that_are_not_held() -> None:
@@ -78,9 +82,11 @@ def test_choices_are_the_other_values_of_switches_that_are_not_held() -> None:
 
 
 def test_weights_are_the_inverse_of_what_is_left_of_each_channel(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(path, "refit", lambda task, *_, steps, **__: (task.weights, steps))
+    monkeypatch.setattr(path, "refit", lambda task, *_, steps, **__: Fit(task, left=steps))
+    monkeypatch.setattr(path, "_begun_anew", lambda *_: ())
     fit: Any = Fit(rmse=np.array([0.2, 0.0]), spread=np.array([1.7, 5.0]))
-    weights, steps = path._reweighted(fit, 17)  # pyright: ignore
+    found: Any = path._reweighted(fit, 17)
+    weights, steps = found.task.weights, found.left
     assert weights == pytest.approx([5.0, 2e5])  # a millionth of the spread is as good as nothing
     assert steps == 17
 
@@ -110,7 +116,7 @@ def test_a_refit_of_several_channels_weighs_them_by_what_a_first_one_leaves(
 def stop(added: str, effects: tuple[str, ...], left_out: float, left: float = 0.0) -> Stop:
     fit: Any = Fit(effects=effects, left=left)
     noise = (0.99, 1.0, 1.01, 1.0)
-    return Stop(added, fit, tuple(np.array([left_out * n]) for n in noise))
+    return Stop(added, fit, tuple(np.array([left_out * n]) for n in noise), np.array([np.exp(left)]))
 
 
 @pytest.mark.parametrize(("alone", "dropped"), [(0.501, True), (0.7, False)])
@@ -125,15 +131,14 @@ def test_at_the_end_an_effect_that_later_ones_made_idle_is_left_out(
         return Fit(effects=tuple(effects), left=3.0)
 
     monkeypatch.setattr(path, "refit", refit)
-    monkeypatch.setattr(path, "_judged", lambda name, fit: replace(stop(name, fit.effects, alone), fitted=fit))
+    monkeypatch.setattr(path, "_judged", lambda name, fit, _: replace(stop(name, fit.effects, alone, 3.0), fitted=fit))
     monkeypatch.setattr(path, "_reweighted", lambda fit, _: replace(fit, left=fit.left - 1.0, model="again"))
-    monkeypatch.setattr(path, "_log_left", lambda fit: fit.left)
-    found = path._without_idle(way, lambda _: None)
+    found = path._without_idle(way, [0], lambda _: None)  # pyright: ignore[reportArgumentType]
     assert asked == [("inertia",)]  # the last one is not idle, and the first model had none
     assert [s.added for s in found] == ["", "wear", "inertia", *(["without wear"] if dropped else [])]
     assert found[-1].fitted.effects == (("inertia",) if dropped else ("wear", "inertia"))
     assert found[-1].fitted.model == "again"  # refitted once more, which left less
-    assert path._without_idle(way[:1], lambda _: None) == way[:1]
+    assert path._without_idle(way[:1], [], lambda _: None) == way[:1]
 
 
 def test_a_step_must_be_worth_its_parameters_and_more_than_its_error() -> None:

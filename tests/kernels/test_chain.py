@@ -171,6 +171,23 @@ def test_a_holding_estimator_keeps_the_load_through_a_reversal_and_finds_it_whil
     assert errors[0].max() > 0.05
 
 
+def test_viscous_friction_does_not_keep_an_estimator_from_holding():
+    """The bristles carry no viscous friction: they have their sliding deflection however fast the drive is."""
+    k = kernel("DistalEstimator")
+    values = {"tau_c": 1e-5, "tau_s": 0.0372, "v_s": 1.046, "sigma0": 1.725, "sigma1": 0.0, "sigma2": 0.026}
+    time = np.arange(8000) * 1e-3
+    x, v = 0.5 * np.sin(np.pi * time), 0.5 * np.pi * np.cos(np.pi * time)
+    level = 1e-5 + 0.03719 * np.exp(-((v / 1.046) ** 2)) + 0.026 * np.abs(v)
+    tau_in = -0.08 + np.sign(v) * level
+    errors = {}
+    for hold in (0, 1):
+        p = k.params(None, {**values, "ratio": 1.0, "hold": hold, "tau_v": 1e-3})
+        estimated = k.simulate(p, time, np.column_stack([x, tau_in]))[:, 1]
+        errors[hold] = np.abs(estimated + 0.08)[time > 1.5].max()
+    assert errors[0] > 0.05
+    assert errors[1] < 1e-3
+
+
 def longer(p):
     return p.x_2 - p.x_1
 

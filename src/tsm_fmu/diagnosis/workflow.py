@@ -196,7 +196,7 @@ def _improved(
 ) -> Diagnosis:  # fmt: skip
     """With the model that predicts best; Ctrl-C on the way there keeps the diagnosis."""
     try:
-        way = way_to_a_better_model(runs.model, task, runs.effects, progress, final)
+        way = way_to_a_better_model(runs, task, progress, final)
     except KeyboardInterrupt:
         note = "interrupted on the way to a better model: none is given"
         return replace(diagnosis, notes=(*diagnosis.notes, note))

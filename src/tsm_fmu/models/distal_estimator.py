@@ -78,13 +78,13 @@ def step(p: Any, s: Any, u: Inputs, dt: float) -> tuple[Any, Outputs]:
         tau_out = held_load(s.tau_out, (u.tau_in - level) / p.ratio, (u.tau_in + level) / p.ratio)
     else:
         tau_out = (u.tau_in - friction_torque(p, drive)) / p.ratio  # (D2)
-    slid = 1.0 if s.slid == 1.0 else drive_slides(p, drive.z, sliding_level(p, drive.v_in))
+    slid = 1.0 if s.slid == 1.0 else drive_slides(p, drive.z, bristle_level(p, drive.v_in))
     after = State(drive.x_in, drive.x_h, drive.v_in, drive.z, tau_out, slid)
     return after, Outputs(distal_angle(p, drive), tau_out)  # (T1)
 
 
 def drive_slides(p: Any, z: float, level: float) -> float:
-    """1 where the bristles have nine tenths of their sliding deflection, else 0."""
+    """1 where the bristles have nine tenths of their sliding deflection, whose force is `level`, else 0."""
     return 1.0 if p.sigma0 * abs(z) > 0.9 * level else 0.0
 
 
@@ -93,9 +93,14 @@ def held_load(last: float, pull: float, release: float) -> float:
     return min(max(last, pull), release)
 
 
+def bristle_level(p: Any, v: float) -> float:
+    """What the bristles carry of the friction of sliding at the speed |v|."""
+    return stribeck(v, p.tau_c, p.tau_s, p.v_s)
+
+
 def sliding_level(p: Any, v: float) -> float:
     """Friction of sliding at the speed |v|, F_pull = -F_release of Eq (D3)."""
-    return stribeck(v, p.tau_c, p.tau_s, p.v_s) + p.sigma2 * abs(v)
+    return bristle_level(p, v) + p.sigma2 * abs(v)
 
 
 def friction_in(p: Any, u: Inputs, o: Outputs) -> float:

@@ -36,24 +36,13 @@ def improvement_of(
     preset : str
     seed : int
     """
-    way, rest = _that_hold(way, runs)
     last = way[-1].fitted
     effects = tuple(e for e in last.effects if e not in runs.effects)
     steps = tuple(_step(stop, runs) for stop in way)
     zeros = tuple(z for z in _zeros(last, runs) if z is not None)
     not_named = tuple(e for e in effects if e not in named)
-    left_out = [f"Left out, for it does so on the samples of the search alone: {rest[0].added}."] if rest else []
-    text = " ".join([_gains_text(steps, last, not_named), *left_out, *map(_zeros_text, zeros)])
+    text = " ".join([_gains_text(steps, last, not_named), *map(_zeros_text, zeros)])
     return ImprovedModel(text, effects, not_named, steps, zeros, card_of(last, records, preset, seed))
-
-
-def _that_hold(way: Sequence[Stop], runs: PreparedRuns) -> tuple[Sequence[Stop], Sequence[Stop]]:
-    """The way up to the first step that leaves less on the samples of the search, and more on all of them; the rest."""
-    left = [float(np.sum(np.log(stop.fitted.at(runs.measured).rmse))) for stop in way]
-    for k in range(1, len(way)):
-        if left[k] >= left[k - 1] and not way[k].added.startswith("without "):
-            return way[:k], way[k:]
-    return way, ()
 
 
 def _step(stop: Stop, runs: PreparedRuns) -> ImprovementStep:
@@ -61,9 +50,7 @@ def _step(stop: Stop, runs: PreparedRuns) -> ImprovementStep:
         return dict(zip(runs.channels, errors.tolist(), strict=True))
 
     held_out = by_channel(rms(stop.fitted.held_out_errors(runs.holdout))) if runs.holdout else {}
-    return ImprovementStep(
-        stop.added, by_channel(stop.fitted.at(runs.measured).rmse), by_channel(stop.left_out_rms), held_out
-    )
+    return ImprovementStep(stop.added, by_channel(stop.whole), by_channel(stop.left_out_rms), held_out)
 
 
 def _zeros(fitted: Fitted, runs: PreparedRuns) -> list[RunZeros | None]:

@@ -6,7 +6,8 @@ come out better. So this way may hold effects that are useful and not named. It 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -15,6 +16,7 @@ import numpy as np
 from ...kernels.arrays import FloatArray
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError
+from ...regression.problem import FitRun
 from ...regression.threads import together
 from ..criteria import (
     BEGUN_CANDIDATES,
@@ -27,6 +29,7 @@ from ..criteria import (
 from ..fits.nuisance import FIRST_STEPS, begun_with
 from ..fits.refit import Fitted, Task, refit
 from ..fits.screening import Screened, screen
+from ..runs.prepared import PreparedRuns
 from .baselines import refitted_model
 from .refits import shortlist
 from .search import candidate_places
@@ -50,16 +53,24 @@ class Stop:
     fitted : Fitted
     left_out : tuple of ndarray, shape (channels,)
         Mean square on each run when it was left out.
+    whole : ndarray, shape (channels,)
+        RMS on all samples of the measured runs; the search works on a part of them.
     """
 
     added: str
     fitted: Fitted
     left_out: tuple[FloatArray, ...] = field(repr=False)
+    whole: FloatArray
 
     @cached_property
     def left_out_rms(self) -> FloatArray:
         """RMS over the runs left out, by channel."""
         return np.sqrt(np.mean(self.left_out, axis=0))
+
+    @property
+    def log_whole(self) -> float:
+        """Sum over the channels of the log of what is left on all samples."""
+        return float(np.sum(np.log(self.whole)))
 
     @property
     def parameters(self) -> int:
@@ -84,41 +95,39 @@ class Stop:
 
 
 def way_to_a_better_model(
-    model: Kernel, task: Task, effects: Sequence[str], progress: Callable[[str], None] = lambda _: None,
-    answer: Fitted | None = None,
+    runs: PreparedRuns, task: Task, progress: Callable[[str], None] = lambda _: None, answer: Fitted | None = None,
 ) -> list[Stop]:  # fmt: skip
     """The stops of the way, first the model refitted; then that of the answer, where it leaves less.
 
     Parameters
     ----------
-    model : Kernel
-        With the inputs of the runs.
+    runs : PreparedRuns
+        At least two measured ones.
     task : Task
-        With at least two runs.
-    effects : sequence of str
-        That the model has already.
+        With samples of these.
     progress : callable
         Given what is being done.
     answer : Fitted, optional
         The model of a diagnosis' answer.
     """
     progress("way to a better model: the model refitted")
-    way = [_first(task, effects)]
-    if answer is not None and set(answer.effects) - set(effects):
+    whole = runs.measured
+    way = [_first(task, runs.effects, whole)]
+    if answer is not None and set(answer.effects) - set(runs.effects):
         progress("way to a better model: the model of the answer")
-        named = _of_answer(way[0], answer)
+        named = _of_answer(way[0], answer, whole)
         if named.is_worth_more_than(way[0]):
             way.append(named)
     while len(way) <= MOST_STEPS:
         progress(f"way to a better model: step {len(way)}")
-        best = _next(model, way[-1])
+        best = _next(runs.model, way[-1], whole)
         if best is None or not best.is_worth_more_than(way[-1]):
             break
         way.append(best)
-    return _without_idle(way, progress)
+    return _without_idle(way, whole, progress)
 
 
-def _without_idle(way: Sequence[Stop], progress: Callable[[str], None]) -> list[Stop]:
+def _without_idle(way: Sequence[Stop], whole: Sequence[FitRun], progress: Callable[[str], None]) -> list[Stop]:
     """The way, and at its end the model without the effects that later ones made idle, refitted to the end."""
     last = way[-1]
     earlier = [e for e in last.fitted.effects if e not in way[0].fitted.effects and e != last.added]
@@ -126,37 +135,56 @@ def _without_idle(way: Sequence[Stop], progress: Callable[[str], None]) -> list[
         progress(f"way to a better model: without {spec}")
         effects = [e for e in last.fitted.effects if e != spec]
         less = refit(last.fitted.task, effects, last.fitted.values, per_run_values=last.fitted.per_run)
-        stop = _judged(f"without {spec}", less)
+        stop = _judged(f"without {spec}", less, whole)
         if not last.is_worth_more_than(stop):
             last = stop
     if len(way) > 1:
-        last = replace(last, fitted=min(last.fitted, _reweighted(last.fitted, LAST_STEPS), key=_log_left))
+        refitted = _reweighted(last.fitted, LAST_STEPS)
+        refitted = replace(last, fitted=refitted, whole=refitted.at(whole).rmse)
+        last = refitted if refitted.log_whole < last.log_whole else last
     return [*way[:-1], last] if last.added == way[-1].added else [*way, last]
 
 
-def _first(task: Task, effects: Sequence[str]) -> Stop:
+def _first(task: Task, effects: Sequence[str], whole: Sequence[FitRun]) -> Stop:
     """The model refitted, whatever values it was given: a poor start would be mended by effects."""
     plain = _reweighted(refitted_model(task, effects), LAST_STEPS)
-    return _judged("", plain)
+    return _judged("", plain, whole)
 
 
-def _of_answer(first: Stop, answer: Fitted) -> Stop:
+def _of_answer(first: Stop, answer: Fitted, whole: Sequence[FitRun]) -> Stop:
     """The model of the answer; what each run has of its own is what the model gives it: another's zero is not known."""
     task = first.fitted.task.limited(answer.task.limits)
     own = {name: values for name, values in answer.per_run.items() if name in first.fitted.per_run}
     begun = refit(task, answer.effects, answer.values, per_run_values=own)
     added = [e for e in answer.effects if e not in first.fitted.effects]
-    return _judged(" and ".join(added), _reweighted(begun, FURTHER_STEPS))
+    return _judged(" and ".join(added), _reweighted(begun, FURTHER_STEPS), whole)
 
 
 def _reweighted(fitted: Fitted, steps: int) -> Fitted:
-    """Refitted with each channel weighted by the inverse of what is left of it."""
+    """Refitted with each channel weighted by the inverse of what is left of it; idle parameters from both sides."""
     task = replace(fitted.task, weights=1.0 / np.maximum(fitted.rmse, 1e-6 * fitted.spread))
-    return refit(task, fitted.effects, fitted.values, per_run_values=fitted.per_run, steps=steps)
+    found = refit(task, fitted.effects, fitted.values, per_run_values=fitted.per_run, steps=steps)
+    return min((found, *_begun_anew(found, steps)), key=_log_left)
 
 
-def _judged(added: str, fitted: Fitted) -> Stop:
-    """With what is left on runs left out in turn."""
+def _begun_anew(fitted: Fitted, steps: int) -> Iterator[Fitted]:
+    """Where some of the model's own parameters do nothing: refitted with these begun anew, and with all of its own.
+
+    From those given or the usual ones. A model that lacks an effect drives them there, and no descent leads them back
+    when it has that effect.
+    """
+    problem, own = fitted.problem, [v for v in kernel(fitted.model).parameters if v.kind is not int]
+    acting = {*problem.shared, *problem.per_run}
+    idle = {v.name for v in own if v.field not in acting and v.name not in fitted.task.fixed}
+    for anew in (idle, {v.name for v in own}) if idle else ():
+        values = {name: value for name, value in fitted.values.items() if name not in anew}
+        per_run = {name: one for name, one in fitted.per_run.items() if name not in anew}
+        with suppress(InputError):  # with the others where they are
+            yield refit(fitted.task, fitted.effects, values, per_run_values=per_run, steps=steps)
+
+
+def _judged(added: str, fitted: Fitted, whole: Sequence[FitRun]) -> Stop:
+    """With what is left on runs left out in turn, and on all samples of the runs."""
     runs = fitted.problem.runs
     found: list[FloatArray] = [np.empty(0)] * len(runs)
     for part in range(min(LEFT_OUT_PARTS, len(runs))):
@@ -167,10 +195,10 @@ def _judged(added: str, fitted: Fitted) -> Stop:
         out = range(part, len(runs), LEFT_OUT_PARTS)
         for k, residual in zip(out, less.held_out_errors([runs[k] for k in out]), strict=True):
             found[k] = np.mean(residual**2, axis=0)
-    return Stop(added, fitted, tuple(found))
+    return Stop(added, fitted, tuple(found), fitted.at(whole).rmse)
 
 
-def _next(model: Kernel, at: Stop) -> Stop | None:
+def _next(model: Kernel, at: Stop, whole: Sequence[FitRun]) -> Stop | None:
     """The best step on: the effect, or choice of the model, that gains most on runs left out, for its parameters."""
     fitted = at.fitted
     counted = np.ones(len(fitted.rmse), bool)
@@ -190,11 +218,12 @@ def _next(model: Kernel, at: Stop) -> Stop | None:
     tried.sort(key=lambda one: _log_left(one[1]))
 
     def refitted(one: tuple[str, Fitted]) -> Stop:
-        return _judged(one[0], _reweighted(one[1], FURTHER_STEPS))
+        return _judged(one[0], _reweighted(one[1], FURTHER_STEPS), whole)
 
     stops = together(refitted, tried[:JUDGED_CANDIDATES])
-    # one that leaves more of the very runs that it was fitted to was not fitted: it holds the model before it
-    stops = [s for s in stops if _log_left(s.fitted) < _log_left(fitted)]
+    # one that leaves more of the very runs that it was fitted to was not fitted, as it holds the model before it; and
+    # what leaves less of the search's samples alone fits what lies between them
+    stops = [s for s in stops if _log_left(s.fitted) < _log_left(fitted) and s.log_whole < at.log_whole]
     return max(stops, key=lambda s: s.gain_over(at)[0] - PARAMETER_GAIN * s.parameters, default=None)
 
 

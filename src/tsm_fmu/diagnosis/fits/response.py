@@ -145,6 +145,8 @@ class Acting:
         self.inputs, self.time = np.concatenate(inputs), np.concatenate(time)
         self.edges = np.cumsum([0, *(one.size for one in time)])
         self.defined = bool(np.isfinite(self.inputs).all())
+        holds = self.port and responses.base.roles.held_load and fitted.values["hold"] == 1.0
+        self.held = _Held(responses, attached) if holds and self.defined else None
         self.size = float(np.sqrt(np.sum(responses.flat(fitted.residuals) ** 2)))
         self._linear: dict[str, bool] = {}
         """By size parameter, whether the response grows with it: what holds for one shape holds for all."""
@@ -212,6 +214,10 @@ class Acting:
                 table.append(flat(self.effect.params(None, one)))
                 used.append(i)
         found = np.zeros((len(values), sum(rows.size for rows in self.responses.rows) * len(self.responses.weights)))
+        if self.held:
+            for i, row in zip(used, table, strict=True):
+                found[i] = self.held.change(row)
+            return found
         at_once = max(1, SIMULATED_ROWS // self.time.size)
         for first in range(0, len(used), at_once):
             part = np.array(table[first : first + at_once], dtype=float)
@@ -277,6 +283,49 @@ class Acting:
             return self.responses.full[k][:, outputs.index(drive)] if drive else np.zeros(run.time.size)
         value = getattr(self.responses.signals[k], name)
         return np.zeros(run.time.size) if value is None else value
+
+
+class _Held:
+    """An effect on the friction of a model that holds its load: what is held comes back to the next sample, so that
+    only the chain as a whole says what the effect does.
+
+    Parameters
+    ----------
+    responses : Responses
+    attached : Attached
+    """
+
+    def __init__(self, responses: Responses, attached: Attached) -> None:
+        self.responses, fitted = responses, responses.fitted
+        self.kernel = fitted.task.kernel((*fitted.effects, attached.spec))
+        names = [v.name for v in self.kernel.parameters]
+        known = {n: v for n, v in {**fitted.task.values, **fitted.values}.items() if n in names}
+        self.table = np.tile(flat(self.kernel.params(None, known)), (len(responses.problem.runs), 1))
+        for name, values in fitted.per_run.items():
+            self.table[:, names.index(name)] = values
+        self.columns = [names.index(public(attached, v.name)) for v in Kernel(attached.module).parameters]
+        runs = [run.with_lead for run in responses.problem.runs]
+        self.time, self.inputs = (np.concatenate(one) for one in zip(*runs, strict=True))
+        ends = np.cumsum([time.size for time, _ in runs])
+        first = ends - [time.size for time, _ in runs]
+        self.spans = np.column_stack([first, ends, first])
+        self.compared = [
+            end - run.time.size + rows
+            for end, run, rows in zip(ends, responses.problem.runs, responses.rows, strict=True)
+        ]
+        self.before = self._channels(self.table)
+
+    def change(self, values: Sequence[float]) -> FloatArray:
+        """Change of all channels where they are compared, by values of the effect, weighted."""
+        table = self.table.copy()
+        table[:, self.columns] = values
+        return self._channels(table) - self.before
+
+    def _channels(self, table: FloatArray) -> FloatArray:
+        y = np.empty((self.time.size, len(self.kernel.outputs)))
+        filling(self.kernel, table)(table, self.spans, self.time, self.inputs, y)
+        found = y[np.concatenate(self.compared)][:, self.responses.problem.columns]
+        return (found * self.responses.weights).ravel()
 
 
 def _drawn(sizes: Sequence[int]) -> list[NDArray[np.intp]]:
