@@ -81,3 +81,23 @@ def test_an_effect_is_there_that_no_other_comes_near_though_something_is_left(
     assert not _far_ahead(Choice(one, (one,)), [plain, one, other], above).any()
     aside = made("inertia", left, held, share=0.0059)  # it does not act on this channel
     assert not _far_ahead(Choice(aside, (aside,)), [plain, aside, other], None).any()
+
+
+@pytest.mark.parametrize(
+    ("left", "held", "rivals", "alike", "ahead"),
+    [
+        (0.111, 0.037, (0.119, 0.119), False, True),
+        (0.111, 0.037, (0.111, 0.055), False, False),  # another one comes near
+        (0.111, 0.037, (0.111, 0.055), True, True),  # which hides behind it
+        (0.111, 0.055, (0.119, 0.119), False, False),  # of the gap of other runs more than a fifth is left
+        (0.1199, 0.037, (0.119, 0.119), False, False),  # of that of the measured runs nothing is removed
+    ],
+)
+def test_an_effect_is_there_that_alone_predicts_runs_it_was_not_fitted_to(
+    left: float, held: float, rivals: tuple[float, float], alike: bool, ahead: bool
+) -> None:
+    plain, one = made("", 0.12, 0.12), made("wear", left, held)
+    other = made("thermal" if alike else "inertia", *rivals)
+    assert _far_ahead(Choice(one, (one,)), [plain, one, other], None).tolist() == [ahead]
+    if alike:  # a set
+        assert _far_ahead(Choice(one, (one, other)), [plain, one, other], None).tolist() == [True]

@@ -215,6 +215,17 @@ def test_creep_relaxes_from_a_spring_to_nothing():
     assert y[1100] == pytest.approx(rise * math.exp(-1.0 / tau), rel=1e-9)
 
 
+def test_a_tendon_goes_on_stretching_under_its_load():
+    compliance, tau = 0.037, 0.73
+    time = np.arange(4001) * 1e-3
+    load = np.where(time < 0.1, 1.9, np.where(time < 0.3, 1.9 + 2.3 * (time - 0.1) / 0.2, 4.2))
+    y = run("creep", {"C": compliance, "tau": tau}, time, y=0.3, load=load)
+    assert y[:101] == pytest.approx(0.3 - compliance * 1.9)  # what was there before has crept to its end
+    behind = 2.3 * tau / 0.2 * (1.0 - math.exp(-0.2 / tau))  # of a load on a ramp, at its end
+    assert y[300] == pytest.approx(0.3 - compliance * (4.2 - behind), rel=1e-9)
+    assert y[1300] == pytest.approx(0.3 - compliance * (4.2 - behind * math.exp(-1.0 / tau)), rel=1e-9)
+
+
 def test_thermal_decays_at_work_and_recovers_at_rest():
     d, tau = 0.4, 0.9
     time = np.arange(4001) * 1e-3

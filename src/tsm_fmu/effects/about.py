@@ -128,6 +128,8 @@ class Effect(NamedTuple):
         Places where a diagnosis looks for it, if not at the friction and the outputs among `places`.
     optional : tuple of str
         Signals that it may be without: it takes them as 1 where neither the model nor a column has them.
+    at_outputs : tuple of str
+        Signals that it takes at an output only, as 0 where neither the model nor a column has them.
     turns : float
         Turns of a drum whose angle the motion is that it must make for runs without the effect to say so.
     core : tuple of str
@@ -148,6 +150,7 @@ class Effect(NamedTuple):
     motion_only: bool = False
     searched: tuple[Place, ...] | None = None
     optional: tuple[str, ...] = ()
+    at_outputs: tuple[str, ...] = ()
     turns: float = 0.0
     core: tuple[str, ...] = ()
     fitted_as: str = ""

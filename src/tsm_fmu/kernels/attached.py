@@ -28,6 +28,12 @@ class Attached:
         """Whether it changes what friction takes of a motion, and not the motion itself."""
         return bool(self.channel) and "lost motion" in self.module.ABOUT.places
 
+    @property
+    def takes(self) -> tuple[str, ...]:
+        """Signals that it takes at its place."""
+        never = () if self.channel else self.module.ABOUT.at_outputs
+        return tuple(f for f in self.module.Inputs._fields if f not in never)
+
     def drive(self, signal: str) -> Drive | None:
         """The column that is a signal of the effect; None where it is the model's own."""
         return next((d for d in self.drives if d.signal == signal), None)

@@ -124,7 +124,7 @@ def attach(base: Kernel, text: str) -> Attached:
     for drive in driven:
         if drive.column in [v.name for v in (*base.outputs, *base.parameters)]:
             raise InputError(f"effect {text!r} on {base.name} -- {drive.column} is its own -- name another column")
-    needed = "load" in module.Inputs._fields and "load" not in module.ABOUT.optional
+    needed = "load" in module.Inputs._fields and "load" not in (*module.ABOUT.optional, *module.ABOUT.at_outputs)
     if needed and not base.roles.load and not any(d.signal == "load" for d in driven):
         raise InputError(
             f"effect {name!r} on {base.name} -- it needs a load, which {base.name} has not -- name the "

@@ -25,7 +25,7 @@ def dependencies(base: Kernel, attached: Sequence[Attached]) -> dict[str, tuple[
 
     def read(a: Attached) -> set[str]:
         """What an effect reads beside the signal that it changes."""
-        fields, driven = set(a.module.Inputs._fields), {d.signal: {d.column} for d in a.drives}
+        fields, driven = set(a.takes), {d.signal: {d.column} for d in a.drives}
         found: set[str] = set().union(*driven.values())
         if fields & MOTION - driven.keys():
             found |= {roles.motion} if roles.motion else {"v", "a"} & made.keys()

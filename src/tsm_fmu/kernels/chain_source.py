@@ -40,7 +40,7 @@ class Writer:
     @property
     def feeds_back(self) -> bool:
         """Whether an effect on the friction reads the load that the model estimates from the friction."""
-        readers = (a for _, a in self.friction if "load" in a.module.Inputs._fields and not a.drive("load"))
+        readers = (a for _, a in self.friction if "load" in a.takes and not a.drive("load"))
         return self.load_is_output and any(readers)
 
     @property
@@ -197,6 +197,7 @@ class Writer:
             signals["load"] = "1.0"  # an effect that may be without takes it as one
         signals["x_pre"] = self.motion_parameter("x_pre")
         signals["drive"] = f"{'u' if self.drive in self.inputs else 'o'}.{self.drive}" if self.drive else "0.0"
+        signals |= {f: "0.0" for f in a.module.ABOUT.at_outputs if f not in a.takes or not self.load}
         signals |= {d.signal: f"u.{d.column}" for d in a.drives}
         return [signals[f] for f in a.module.Inputs._fields]
 

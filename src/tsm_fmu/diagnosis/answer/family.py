@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from ...effects import about
+from ...effects import about, place_of
 from ...effects.about import Family
 from ...kernels.arrays import FloatArray
 from ...regression.problem import FitRun
@@ -67,7 +67,7 @@ def contradicted(choice: Choice, refitted: Hypothesis, evidence: Sequence[Family
     evidence : sequence of FamilyShare
         Of `family_evidence`.
     """
-    families = {about(spec).family for h in choice.supported for spec in h.effects}
+    families = {family for h in choice.supported for spec in h.effects for family in _families_at_its_place(spec)}
     if not choice.winner.acts.any():
         return False
     removed = np.where(choice.winner.acts, refitted.measured / np.maximum(choice.winner.measured, 1e-300), 0.0)
@@ -81,6 +81,12 @@ def contradicted(choice: Choice, refitted: Hypothesis, evidence: Sequence[Family
     bends = most > CONTRADICTING_SHARE and own < 0.5 * most
     simpler = of_sensor > CONTRADICTING_SHARE and 1.0 - of_sensor < MUCH_LESS_RATIO * (1.0 - own)
     return bends or simpler
+
+
+def _families_at_its_place(spec: str) -> set[Family]:
+    """That of an effect, and the load's where it takes a load at its place beside what its family is named for."""
+    known = about(spec)
+    return {known.family, "load"} if "load" in known.at_outputs and place_of(spec)[1] else {known.family}
 
 
 def _moves(fitted: Fitted, runs: Sequence[FitRun]) -> FloatArray:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...effects import about, place_of
-from ...kernels.arrays import BoolArray
+from ...effects import about, looks_like, place_of
+from ...kernels.arrays import BoolArray, FloatArray
 from ...regression.problem import FitRun
 from ...regression.threads import together
 from ..criteria import (
+    CLEAN_EFFECT_SPREAD_SHARE,
     EFFECT_SPREAD_SHARE,
     EXPLAINED_SHARE,
     FOLDED_HYPOTHESES,
@@ -113,19 +114,38 @@ def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: 
 
     One effect closes most of the gap of measured runs there and a notable part of that of others, nothing else is
     supported, and without it twice as much is left at least. What all candidates leave is the form of the model then.
+    Or it predicts most of the gap of runs that it was not fitted to, which no such form does: then the effects that it
+    hides behind need not be far, and are a set with it where they are supported.
     Of several effects each would have such a lead: a sum of laws bends to the form.
     """
     one, plain = choice.winner, hypotheses[0]
     nowhere = np.zeros(one.measured.size, bool)
-    if len(choice.supported) > 1 or len(one.effects) != 1 or one.held_out is None or plain.held_out is None:
+    if any(len(h.effects) != 1 for h in choice.supported) or one.held_out is None or plain.held_out is None:
         return nowhere
-    without = [log_residual(h) for h in hypotheses if not h.disguised and one.effects[0] not in h.effects]
-    if not without or min(without) < log_residual(one) - np.log(MUCH_LESS_RATIO):
-        return nowhere  # also where every one has it, as a nuisance effect that is large: nothing shows its lead
-    floor = least_floor(one, reference_fit) ** 2
-    closes = one.measured - floor < (1.0 - EXPLAINED_SHARE) * np.maximum(plain.measured - floor, 0.0)
-    carries_over = plain.held_out - one.held_out > NOTABLE_RATIO * one.held_out
-    return one.acts & (plain.measured > floor) & closes & carries_over
+    floor, least = least_floor(one, reference_fit) ** 2, (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
+
+    def closed(left: FloatArray, gap: FloatArray) -> BoolArray:
+        return (left - floor < (1.0 - EXPLAINED_SHARE) * np.maximum(gap - floor, 0.0)) & (gap > floor)
+
+    found = nowhere
+    if len(choice.supported) == 1 and _leads(one, hypotheses, set(one.effects)):
+        carries_over = plain.held_out - one.held_out > NOTABLE_RATIO * one.held_out
+        found = found | (closed(one.measured, plain.measured) & carries_over)
+    if _leads(one, hypotheses, {spec for h in choice.supported for spec in h.effects}, alike=True):
+        found = found | (closed(one.held_out, plain.held_out) & (plain.measured - one.measured > least))
+    return one.acts & found
+
+
+def _leads(one: Hypothesis, hypotheses: Sequence[Hypothesis], specs: Collection[str], alike: bool = False) -> bool:
+    """Whether all hypotheses without some effects, nor with ``alike`` any that hides behind them, leave twice as much.
+
+    Not where every one has them, as nuisance effects that are large: nothing shows the lead then.
+    """
+    without = [
+        log_residual(h) for h in hypotheses
+        if not h.disguised and not any(spec in specs or (alike and looks_like(spec, specs)) for spec in h.effects)
+    ]  # fmt: skip
+    return bool(without) and min(without) >= log_residual(one) - np.log(MUCH_LESS_RATIO)
 
 
 def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:

@@ -14,7 +14,7 @@ from ...effects.coordinates import Motion
 from ...kernels.attached import Attached
 from ...kernels.chain import attach
 from ...kernels.chain_source import adds_load, friction_unit, load_unit
-from ...kernels.drives import ROLES, Drive, text_of
+from ...kernels.drives import ROLES, Drive, read_drives, text_of
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError
 from ..runs.beginning import friction_channels
@@ -61,6 +61,8 @@ def places_of_effect(
         specs += [f"{module.NAME}@{c}" for c in moving if c not in taken]
     found = []
     for spec, columns in product(specs, _columns(base, module, drives)):
+        if spec == module.NAME and any(d.signal in about.at_outputs for d in read_drives(columns, module)):
+            continue
         try:
             one = attach(base, f"{spec}~{columns}" if columns else spec)
         except InputError:
@@ -77,7 +79,11 @@ def _columns(base: Kernel, module: ModuleType, drives: Sequence[Drive]) -> list[
         if signal not in signals:
             continue
         matching = [d for d in drives if d.role == role]
-        known = {"load": bool(base.roles.load) or "load" in module.ABOUT.optional, "bend": False, "temperature": False}
+        known = {
+            "load": bool(base.roles.load) or "load" in (*module.ABOUT.optional, *module.ABOUT.at_outputs),
+            "bend": False,
+            "temperature": False,
+        }
         without_column = known.get(role, base.motion != "v" or not matching)
         choices.append([*([None] if without_column else []), *matching])
     return [text_of([d for d in one if d], module) for one in product(*choices)]
@@ -113,7 +119,8 @@ def least_stroke(module: ModuleType) -> float:
 
 def _lacks(base: Kernel, module: ModuleType, drives: Sequence[Drive]) -> str:
     """What an effect takes that a model and its runs do not have; empty where they have all."""
-    signals, given = set(module.Inputs._fields) - set(module.ABOUT.optional), {d.signal for d in drives}
+    about = module.ABOUT
+    signals, given = {*module.Inputs._fields} - {*about.optional, *about.at_outputs}, {d.signal for d in drives}
     if "load" in signals and not base.roles.load and "load" not in given:
         return "a load or a tension"
     if adds_load(module) and not base.roles.drive:

@@ -273,6 +273,8 @@ class Acting:
         column = self.attached.drive(name)
         if column is not None:
             return run.inputs[:, inputs.index(column.column)]
+        if name not in self.attached.takes or (name in self.attached.module.ABOUT.at_outputs and not base.roles.load):
+            return np.zeros(run.time.size)
         if name == "load" and not base.roles.load:
             return np.ones(run.time.size)  # as an effect takes one that it may be without
         if name == "drive":
