@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -34,7 +35,7 @@ def made(added: tuple[str, ...], parameters: int = 5) -> Hypothesis:
     fitted: Any = SimpleNamespace(
         spread=np.ones(1), rmse=np.array([rmse]), effects=added,
         problem=SimpleNamespace(shared=tuple(range(parameters)), per_run=(), declared={}, runs=[]),
-        task=SimpleNamespace(reference_removal={}, gap=np.zeros(1), limits={}),
+        task=SimpleNamespace(reference_removal={}, gap=np.zeros(1), limits={}, discrepancy=np.zeros(1)),
     )  # fmt: skip
     return Hypothesis(added, fitted, (), np.array([rmse**2]), None, np.full(1, 1e5), np.ones(1), (), lambda: {})
 
@@ -79,6 +80,34 @@ def test_the_best_pair_need_not_hold_the_best_single_effect(asked: dict[str, lis
     assert asked["enough"][0] == ("wear",)
     assert found[0].added == ()
     assert {len(s) for s in sets} == {0, 1, 2, 3}
+
+
+def test_what_hides_behind_a_nuisance_effect_that_would_be_named_takes_its_place(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """At its channel, from the fit without it, and without it among the nuisance effects."""
+    nuisances = ("presliding_shape", "sensor_lag@F", "offset_drift@F")
+    without, asked = made(()).fitted, []
+    start = replace(made(()), nuisances=nuisances, nuisance_tests=lambda: {"sensor_lag@F": (0.4, without)})
+
+    def screened(fitted: Any, places: Any, *_: Any) -> list:
+        return [SimpleNamespace(attached=one, starts=[{}]) for one in places]
+
+    def refitted(base: Hypothesis, candidates: Any, *_: Any, **given: Any) -> list[Hypothesis]:
+        specs = [s.attached.spec for s in candidates]
+        asked.append((base.added, base.nuisances, base.fitted, specs, set(given["starts"])))
+        return [made((spec,)) for spec in specs]
+
+    for name, stub in (("screen", screened), ("refit_candidates", refitted), ("choice_of", lambda *_: one)):
+        monkeypatch.setattr(module, name, stub)
+    monkeypatch.setattr(module, "candidate_places", lambda *_: possible("LuGreFriction", ("F",), ()))
+    baselines: Any = SimpleNamespace(with_nuisances=start, refitted=start, reference=None)
+    search = Search(kernel("LuGreFriction"), baselines, (), lambda _: None)
+    one = SimpleNamespace(supported=(start,))
+    assert [h.added for h in search._in_place_of_nuisances([start])] == [("delay@F",)]
+    assert asked == [((), ("presliding_shape", "offset_drift@F"), without, ["delay@F"], {"delay@F"})]
+    one = SimpleNamespace(supported=(replace(start, nuisance_tests=lambda: {}),))
+    assert search._in_place_of_nuisances([start]) == []
 
 
 def test_the_search_ends_where_one_more_helps_no_more(asked: dict[str, list], monkeypatch: pytest.MonkeyPatch) -> None:

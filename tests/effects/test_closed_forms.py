@@ -63,11 +63,32 @@ def test_static_force_laws(time):
 def test_acceleration_branches_part_only_while_speeding_up(time):
     a = np.linspace(-3.0, 3.0, time.size)
     values = {"dF_p": 0.37, "dF_n": -0.11, "a_0": 0.7}
-    pull = run("acceleration_branches", values, time, a=a, s=1.0, z=1.0)
-    release = run("acceleration_branches", values, time, a=a, s=-1.0, z=-1.0)
+    x = 0.13 * time  # far at each sample beside the presliding distance: the bristles follow at once
+    pull = run("acceleration_branches", values, time, a=a, s=1.0, x=x, x_pre=1e-6)
+    release = run("acceleration_branches", values, time, a=a, s=-1.0, x=-x, x_pre=1e-6)
     opened = 1.0 - np.exp(-np.abs(a) / 0.7)
-    assert pull == pytest.approx(np.where(a > 0.0, 0.37 * opened, 0.0), abs=1e-14)
-    assert release == pytest.approx(np.where(a < 0.0, 0.11 * opened, 0.0), abs=1e-14)
+    assert pull[1:] == pytest.approx(np.where(a > 0.0, 0.37 * opened, 0.0)[1:], abs=1e-14)
+    assert release[1:] == pytest.approx(np.where(a < 0.0, 0.11 * opened, 0.0)[1:], abs=1e-14)
+
+
+@pytest.mark.parametrize("b", [0.0, 0.43, 1.0])
+def test_the_bristles_carry_a_branch_over_the_presliding_distance(b):
+    """Closed form over the travel, at any speed and step: to one branch, to the other, and on after a reversal."""
+    x_pre, x = 0.037, np.concatenate([np.linspace(0.0, 0.21, 41), np.linspace(0.21, 0.3, 19), np.linspace(0.3, 0.1, 7)])
+    a = np.where(np.arange(x.size) < 41, 2.3, -2.3)  # the last stretch speeds up the other way
+    s = np.where(np.arange(x.size) < 60, 1.0, -1.0)
+    values = {"dF_p": 0.37, "dF_n": 0.21, "a_0": 0.9, "b": b}
+    found = run("acceleration_branches", values, np.arange(x.size) * 0.01, a=a, s=s, x=x, x_pre=x_pre)
+    opened = 1.0 - math.exp(-2.3 / 0.9)
+    first, second, third = 0.37 * opened, -b * 0.37 * opened, -0.21 * opened
+    at_first = first * -math.expm1(-0.21 / x_pre)
+    at_second = second + (at_first - second) * math.exp(-0.09 / x_pre)
+    expected = np.concatenate([
+        first * -np.expm1(-x[:41] / x_pre),
+        second + (at_first - second) * np.exp(-(x[41:60] - 0.21) / x_pre),
+        third + (at_second - third) * np.exp(-(0.3 - x[60:]) / x_pre),
+    ])  # fmt: skip
+    assert found == pytest.approx(expected, abs=1e-14)
 
 
 def test_sensor_lag_follows_a_ramp_late_by_tau_and_is_exact(time):

@@ -2,13 +2,17 @@
 
 The difference that the papers' branch functions share (MMT 2015 Eq (8), ICINCO 2013 Eq (2b))::
 
-    F <- F + dF (1 - exp(-|a|/a_0)) z     while speeding up (s a > 0)                   (1)
-    F <- F - b dF (1 - exp(-|a|/a_0)) z   while slowing down                            (2)
+    g = dF (1 - exp(-|a|/a_0)) s        while speeding up (s a > 0)                     (1)
+    g = -b dF (1 - exp(-|a|/a_0)) s     while slowing down                              (2)
+    F <- F + d,   dd/dx = (g - d)/x_pre sgn(dx)                                         (3)
 
 with dF = dF_p for pull (s > 0) and dF_n for release; a negative value is a lower accelerating branch. b says how the
 two branches lie about the friction of steady motion: 0 where only the accelerating one leaves it, 1 on either side.
-Limits: dF_p = dF_n = 0 changes nothing; a -> 0 closes the branches, so the force is continuous in a.
-Source: IFToMM 2013, ICINCO 2013 and MMT 2015, in what their branch functions have in common.
+The bristles carry the difference: like the friction itself it changes over the presliding distance x_pre, after a
+reversal (there it is the presliding state times the branch) and where one branch gives way to the other.
+Limits: dF_p = dF_n = 0 changes nothing; a -> 0 closes the branches; x_pre -> 0 makes them follow a at once.
+Source: IFToMM 2013, ICINCO 2013 and MMT 2015, in what their branch functions have in common; (3) is that of the
+presliding state, Dahl, A Solid Friction Model (1968).
 """
 
 import math
@@ -45,14 +49,16 @@ NEUTRAL = Params()
 
 
 class State(NamedTuple):
-    pass
+    x: Annotated[float, Quantity("{x}", "position at the end of the last step")]
+    d: Annotated[float, Quantity("{F}", "difference that the bristles carry, Eq (3)")]
 
 
 class Inputs(NamedTuple):
     y: Annotated[float, Quantity("{F}", "what this effect changes, before it")]
     a: Annotated[float, Quantity("{x}/s2", "acceleration")]
     s: Annotated[float, Quantity("1", "direction of the last motion")]
-    z: Annotated[float, Quantity("1", "presliding state")]
+    x: Annotated[float, Quantity("{x}", "position")]
+    x_pre: Annotated[float, Quantity("{x}", "presliding distance")]
 
 
 class Outputs(NamedTuple):
@@ -63,14 +69,16 @@ PRESETS = {}
 
 
 def branch_difference(p: Params, a: float, s: float) -> float:
-    """What Eqs (1) and (2) multiply the presliding state by."""
-    side = 1.0 if s * a > 0.0 else -p.b
-    return side * (p.dF_p if s > 0.0 else p.dF_n) * (1.0 - math.exp(-abs(a) / p.a_0))
+    """Difference of steady motion at an acceleration and a direction."""
+    side = s if s * a > 0.0 else -p.b * s
+    return side * (p.dF_p if s > 0.0 else p.dF_n) * (1.0 - math.exp(-abs(a) / p.a_0))  # (1), (2)
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(), Outputs(u.y + branch_difference(p, u.a, u.s) * u.z)
+    return State(u.x, 0.0), Outputs(u.y)
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
-    return s, Outputs(u.y + branch_difference(p, u.a, u.s) * u.z)  # (1)
+    g = branch_difference(p, u.a, u.s)
+    d = g + (s.d - g) * math.exp(-abs(u.x - s.x) / u.x_pre)  # (3)
+    return State(u.x, d), Outputs(u.y + d)

@@ -32,6 +32,8 @@ from .hypotheses import Hypothesis, hypothesis, with_fit
 
 TWINS = 3
 """Best candidates whose look-alikes are refitted too, where a linear step does not show what these could do."""
+OVERTAKINGS = 3
+"""Times that rivals are refitted from the values of the best, as long as one overtakes it."""
 LONG_ROWS = 10_000
 EARLY_STEPS = 2
 """Of more samples than these a refit is long: after so many steps candidates far behind are not gone on with."""
@@ -174,9 +176,21 @@ def refit_rivals(hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) ->
     """The same, the closest rivals of the best fit refitted from its values of the baseline.
 
     Where fits end in different valleys of the baseline, what they leave says nothing about their effects: an effect
-    that holds another one as its special case would seem the better one.
+    that holds another one as its special case would seem the better one. A rival that overtakes the best gives the
+    others the same chance.
     """
-    best = min(hypotheses, key=lambda h: h.fitted.cost)
+    found, best = list(hypotheses), min(hypotheses, key=lambda h: h.fitted.cost)
+    for _ in range(OVERTAKINGS):
+        found = _refitted_from(best, found, holdout)
+        overtaking = min(found, key=lambda h: h.fitted.cost)
+        if overtaking is best:
+            break
+        best = overtaking
+    return found
+
+
+def _refitted_from(best: Hypothesis, hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) -> list[Hypothesis]:
+    """The same, the closest rivals of one of them refitted from its values of the baseline."""
 
     def refitted_again(one: Hypothesis) -> Hypothesis:
         if one is best or one.fitted.cost > RIVAL_COST_RATIO * best.fitted.cost:

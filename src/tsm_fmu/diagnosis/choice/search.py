@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...effects import sizes_as
+from ...effects import looks_like, place_of, sizes_as
 from ...kernels.arrays import FloatArray
 from ...kernels.attached import Attached
 from ...kernels.kernel import Kernel
@@ -66,7 +66,7 @@ class Search:
             singles, base = singles or more, best
             if self._enough(found, base):
                 break
-        return found
+        return [*found, *self._in_place_of_nuisances(found)]
 
     def _screened(self, base: Hypothesis) -> tuple[list[Screened], Mapping[str, Start]]:
         """Candidates to refit beside a hypothesis, best first, and a second place to start each from.
@@ -106,6 +106,30 @@ class Search:
             if second not in other.fitted.effects:
                 pairs += refit_candidates(other, candidate, self.holdout, progress=self.progress)
         return [h for h in found if len(h.added) != 2] + refit_rivals(pairs, self.holdout)
+
+    def _in_place_of_nuisances(self, found: Sequence[Hypothesis]) -> list[Hypothesis]:
+        """Supported hypotheses with what hides behind a nuisance effect of theirs, in its place.
+
+        The nuisance effect is in every other hypothesis and has taken what an effect like it explains; with both a
+        refit ends between them.
+        """
+        supported = choice_of(found, self.baselines.refitted).supported
+        more = []
+        for one, spec in ((h, spec) for h in supported for spec in h.significant):
+            fitted = one.tested[spec][1]
+            places = [
+                c for c in candidate_places(self.model, fitted)
+                if c.channel == place_of(spec)[1] and looks_like(c.spec, [spec])
+            ]  # fmt: skip
+            nuisances = tuple(s for s in one.nuisances if s != spec)
+            left = fitted.rmse**2 + one.reference_gain
+            without = replace(one, fitted=fitted, nuisances=nuisances, measured=left)
+            counted = np.ones(len(left), bool)
+            before = one.fit_without_nuisances if one.added else self.baselines.refitted.fitted
+            starts = {s.attached.spec: Start(before, s.starts[0]) for s in screen(before, places, counted)}
+            screened = screen(fitted, places, counted, self.progress)
+            more += refit_candidates(without, screened, self.holdout, starts=starts, progress=self.progress)
+        return more
 
     def _enough(self, found: Sequence[Hypothesis], base: Hypothesis) -> bool:
         """Whether one effect more can change nothing."""

@@ -35,6 +35,8 @@ from .screening import Screened, screen
 from .takeover import Place, without
 
 SHRUNK = 0.1
+NUISANCE_STARTS = 3
+"""Shapes from which the nuisance effects of the baseline are refitted."""
 FIRST_STEPS = 5
 """Steps of a refit from each of several starts; the best is then refitted on."""
 FIRST_ROWS = 4000
@@ -82,14 +84,15 @@ def with_nuisances(base: Fitted, nuisances: Sequence[str]) -> Fitted:
     for one in screened.values():
         base = replace(base, task=base.task.limited(one.limits))
     starts = []
-    for number in range(2):
+    for number in range(NUISANCE_STARTS):
         values: dict[str, float] = {}
         for spec in nuisances:
             choices = screened[spec].starts
             if choices and not sizes_as(effect_of(spec), "per run"):
                 values |= choices[min(number, len(choices) - 1)]
         starts.append(({**base.values, **values}, base.per_run))
-    found = best_refit(base, [*base.effects, *nuisances], starts, nuisances)
+    effects = [*base.effects, *nuisances]  # a few steps do not say which start leads to the deepest valley
+    found = min((best_refit(base, effects, [one], nuisances) for one in starts), key=lambda f: f.cost)
     return with_pooled_offsets(found, nuisances)
 
 

@@ -12,23 +12,21 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
-from scipy.ndimage import gaussian_filter1d
 
 from ...kernels.arrays import FloatArray
 from ...kernels.kernel import Kernel
 from ...logs.differentiate import differentiate
 from ...logs.quantisation import quantisation_step
 from ...logs.record import Record
+from ...logs.within_steps import smoothest_within_steps
+from ...regression.problem import FitRun
 from ...regression.residuals import white_noise
 from ..criteria import DITHER_SHARE, POSITION_NOISE_SHARE
 from .drivers import position_column
 
 SPEED, ACCELERATION = "v", "a"
-SLOW_STEPS = 3.5
-"""Steps of the encoder in a sample up to which the instants of its edges say more than its readings."""
-FINE_STEPS = (10.0, 30.0)
-"""Steps of the encoder in a sample, from where to where one of them ceases to be noise of the speed."""
+FEWEST = 8
+"""Samples of a position of which it can be said whether it has noise."""
 
 
 def with_speeds_of_position(
@@ -50,41 +48,43 @@ def with_speeds_of_position(
     name = position_column(model, records)
     if name is None or not all(_clean(record.columns[name]) for record in records if name in record.columns):
         return list(records), ()
-    found, accelerated = [], ACCELERATION in [v.name for v in model.inputs]
-    for record in records:
-        if name in record.columns:
-            x, unit = record.columns[name], record.units[name]
-            columns = {**record.columns, SPEED: speed_of_steps(record.time, x)}
-            units = {**record.units, SPEED: f"{unit}/s"}
-            if accelerated and ACCELERATION not in record.columns:  # from the position: steps of a speed are rough
-                columns[ACCELERATION] = differentiate(record.time, x, 2, first_row=record.first_row).values
-                units[ACCELERATION] = f"{unit}/s2"
-            record = replace(record, columns=columns, units=units)
-        found.append(record)
+    found = [_with_speed_of(model, r, name) if name in r.columns else r for r in records]
     return found, (f"{SPEED} is what {name} has moved in each sample: reversals are not rounded off",)
 
 
-def speed_of_steps(time: FloatArray, x: FloatArray) -> FloatArray:
-    """Mean speed of each sample since the one before it, of a position that an encoder reads; 0 at the first.
+def _with_speed_of(model: Kernel, record: Record, name: str) -> Record:
+    """A record with the speed of a position, and its acceleration where the model takes one that is not there."""
+    x, unit, time = record.columns[name], record.units[name], record.time
+    smooth = between_steps(time, x)
+    columns = {**record.columns, SPEED: np.append(0.0, np.diff(smooth) / np.diff(time))}
+    units = {**record.units, SPEED: f"{unit}/s"}
+    if ACCELERATION in [v.name for v in model.inputs] and ACCELERATION not in record.columns:
+        columns[ACCELERATION] = (
+            differentiate(time, x, 2, first_row=record.first_row).values if smooth is x
+            else np.gradient(np.gradient(smooth, time), time)
+        )  # fmt: skip
+        units[ACCELERATION] = f"{unit}/s2"
+    return replace(record, columns=columns, units=units)
 
-    Parameters
-    ----------
-    time, x : ndarray, shape (n,)
-    """
-    smooth, q = x, quantisation_step(x)
-    if q > 0.0:
-        moved = np.abs(np.diff(x))
-        fast = moved > SLOW_STEPS * q
-        edges = np.flatnonzero((moved > 0.2 * q) & ~fast)
-        readings = np.append(fast, False) | np.append(False, fast)
-        at = np.concatenate([[time[0]], 0.5 * (time[edges] + time[edges + 1]), time[readings], [time[-1]]])
-        value = np.concatenate([[x[0]], 0.5 * (x[edges] + x[edges + 1]), x[readings], [x[-1]]])
-        at, first = np.unique(at, return_index=True)
-        smooth = np.asarray(PchipInterpolator(at, value[first])(time))
-        steps = gaussian_filter1d(np.append(moved, moved[-1]) / q, 2.0)
-        fine = np.clip((steps - FINE_STEPS[0]) / (FINE_STEPS[1] - FINE_STEPS[0]), 0.0, 1.0)
-        smooth = fine * smooth + (1.0 - fine) * gaussian_filter1d(smooth, 1.0, mode="nearest")
-    return np.append(0.0, np.diff(smooth) / np.diff(time))
+
+def with_position_between_steps(model: Kernel, run: FitRun) -> FitRun:
+    """A run of a model that is driven by a position, which is as smooth as the steps of its encoder allow."""
+    names = [v.name for v in model.inputs]
+    if not model.motion or model.motion == SPEED:
+        return run
+    column = names.index(model.motion)
+    x = run.inputs[:, column]
+    if run.time.size < FEWEST or not _clean(x):
+        return run
+    inputs = run.inputs.copy()
+    inputs[:, column] = between_steps(run.time, x)
+    return replace(run, inputs=inputs)
+
+
+def between_steps(time: FloatArray, x: FloatArray) -> FloatArray:
+    """A position as smooth as the steps of its encoder allow; as it is where it has none."""
+    step = quantisation_step(x)
+    return smoothest_within_steps(time, x, step) if step > 0.0 else x
 
 
 def _clean(x: FloatArray) -> bool:

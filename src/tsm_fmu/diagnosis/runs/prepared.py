@@ -13,6 +13,7 @@ from ...logs.record import Record
 from ...regression.problem import FitRun
 from ...regression.specification import fit_run, measured_channels
 from .beginning import compared_after_start
+from .displacement import with_position_between_steps
 from .drivers import with_drives
 from .motion_signals import coordinates_of
 from .unresolved import without_unresolved
@@ -68,7 +69,8 @@ def prepared(
 
     def compared_runs(group: Sequence[Record]) -> tuple[FitRun, ...]:
         whole = (_repaired(fit_run(model, record, channels, cutoff)) for record in group)
-        return tuple(compared_after_start(model, without_unresolved(model, run, channels), channels) for run in whole)
+        resolved = (with_position_between_steps(model, without_unresolved(model, run, channels)) for run in whole)
+        return tuple(compared_after_start(model, run, channels) for run in resolved)
 
     return PreparedRuns(
         model, tuple(channels), compared_runs(measured), compared_runs(reference), compared_runs(holdout),
