@@ -29,7 +29,7 @@ _KEPT = 0.6  # of a step: readings are rounded, some the wrong way
 _SETTLING, _HEAVIER = 20, 3.0  # rounds at most in which readings that are left gain weight, and by what
 _ROUNDS, _FASTEST, _SLOWER, _LEAST = 30, math.log(8.0), 0.9, 0.05  # factors of lambda: large ones first
 _LOWERED = 1.5  # times as fast as it is raised: few readings ask for it
-_STIFFEST = math.log(1e10)  # over some 50 samples: beyond it the digits do not suffice
+_DIGITS = math.log(2e11)  # of lambda times its derivative's weights: stiff over some 50 samples; more has no digits left
 _PINNED = 1e4  # weight of a sample that is known
 _EVEN = 4.0  # samples over which lambda is evened out
 _SOFTLY = 1.5  # parts of a level before a rest in which it may come to that, and one after it
@@ -115,22 +115,22 @@ def _smoothest(time: FloatArray, x: FloatArray, step: float, start: float | None
     for k, at in known.items():
         y[k], own[k] = at - middle, _PINNED
     rows = slice(_ORDER // 2, n - _ORDER + _ORDER // 2)
+    stiffest = _DIGITS - np.log(np.einsum("ij,ij->i", slope, slope))
     smooth = y
     for k in range(_ROUNDS):
-        smooth = _solved(slope, np.exp(log), y, own)
+        smooth = _solved(slope, np.exp(np.minimum(log, stiffest)), y, own)
         off = (np.abs(smooth - y) > _KEPT * step)[rows]
         reach = np.exp(log[off] / (2 * _ORDER))  # samples over which the curve is stiff
         width = int(np.clip(2.0 * np.median(reach), 3, max(3, n // 8))) if off.any() else 0
         near = maximum_filter1d(off, 2 * width + 1)
         change = max(_FASTEST * _SLOWER**k, _LEAST)
-        log = np.minimum(log + np.where(near, -_LOWERED * change, change), _STIFFEST)
-        log = gaussian_filter1d(log, _EVEN, mode="nearest")
+        log = gaussian_filter1d(log + np.where(near, -_LOWERED * change, change), _EVEN, mode="nearest")
     for _ in range(_SETTLING):
         off = np.abs(smooth - y) > _KEPT * step
         if not off.any():
             break
         own[off] *= _HEAVIER
-        smooth = _solved(slope, np.exp(log), y, own)
+        smooth = _solved(slope, np.exp(np.minimum(log, stiffest)), y, own)
     return np.clip(smooth, y - step, y + step) + middle  # where the motion has a kink
 
 
