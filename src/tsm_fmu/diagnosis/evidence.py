@@ -335,7 +335,7 @@ class RunComparison:
     Attributes
     ----------
     record : Record
-        As it was read.
+        As it was read, its motion between the steps of an encoder.
     time : ndarray, shape (n,)
         The samples of the record that are compared: the last n.
     measured : ndarray, shape (n, channels)

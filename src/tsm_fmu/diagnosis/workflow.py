@@ -371,10 +371,18 @@ def _comparisons(found: Investigation, measured: Sequence[Record]) -> tuple[RunC
     whole = [replace(run, unresolved=np.empty((0, 0), bool)) for run in runs]
     residuals = {name: fitted.at(whole).residuals for name, fitted in found.stages.items()}
     per_run = per_run_values(found.verdict.final)
+    column = names.index(motion) if motion else None
+
+    def driven(record: Record, run: FitRun) -> Record:
+        """With the motion that has driven the model: between the steps of its encoder."""
+        if column is None or motion not in record.columns:
+            return record
+        return replace(record, columns={**record.columns, motion: run.with_lead[1][:, column]})
+
     return tuple(
         RunComparison(
-            record, run.time, run.targets, {name: run.targets - r[k] for name, r in residuals.items()},
-            run.inputs[:, names.index(motion)] if motion else None, per_run[k], run.unresolved,
+            driven(record, run), run.time, run.targets, {name: run.targets - r[k] for name, r in residuals.items()},
+            None if column is None else run.inputs[:, column], per_run[k], run.unresolved,
         )
         for k, (record, run) in enumerate(zip(measured, runs, strict=True))
     )  # fmt: skip

@@ -8,7 +8,7 @@ encoder, the speed of a step is what the position has moved in it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -74,11 +74,17 @@ def with_position_between_steps(model: Kernel, run: FitRun) -> FitRun:
         return run
     column = names.index(model.motion)
     x = run.inputs[:, column]
-    if run.time.size < FEWEST or not _clean(x):
+    if run.time.size < FEWEST or quantisation_step(x) == 0.0 or not _clean(x):
         return run
     inputs = run.inputs.copy()
     inputs[:, column] = between_steps(run.time, x)
     return replace(run, inputs=inputs)
+
+
+def position_notes(model: Kernel, runs: Sequence[FitRun]) -> Iterator[str]:
+    """What a user should know of it."""
+    if any(with_position_between_steps(model, run) is not run for run in runs):
+        yield f"{model.motion} is taken for the smoothest motion within the steps of its encoder"
 
 
 def between_steps(time: FloatArray, x: FloatArray) -> FloatArray:

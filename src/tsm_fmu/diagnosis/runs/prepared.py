@@ -13,7 +13,7 @@ from ...logs.record import Record
 from ...regression.problem import FitRun
 from ...regression.specification import fit_run, measured_channels
 from .beginning import compared_after_start
-from .displacement import with_position_between_steps
+from .displacement import position_notes, with_position_between_steps
 from .drivers import with_drives
 from .motion_signals import coordinates_of
 from .unresolved import without_unresolved
@@ -67,14 +67,18 @@ def prepared(
     channels = measured_channels(model, records)
     model, notes = with_drives(model, records, channels, drive)
 
-    def compared_runs(group: Sequence[Record]) -> tuple[FitRun, ...]:
+    def as_read(group: Sequence[Record]) -> list[FitRun]:
         whole = (_repaired(fit_run(model, record, channels, cutoff)) for record in group)
-        resolved = (with_position_between_steps(model, without_unresolved(model, run, channels)) for run in whole)
-        return tuple(compared_after_start(model, run, channels) for run in resolved)
+        return [without_unresolved(model, run, channels) for run in whole]
 
+    def compared_runs(group: Sequence[FitRun]) -> tuple[FitRun, ...]:
+        between = (with_position_between_steps(model, run) for run in group)
+        return tuple(compared_after_start(model, run, channels) for run in between)
+
+    read = as_read(measured)
     return PreparedRuns(
-        model, tuple(channels), compared_runs(measured), compared_runs(reference), compared_runs(holdout),
-        (*notes, *_spike_notes(records, channels)),
+        model, tuple(channels), compared_runs(read), compared_runs(as_read(reference)), compared_runs(as_read(holdout)),
+        (*notes, *_spike_notes(records, channels), *position_notes(model, read)),
     )  # fmt: skip
 
 
