@@ -20,12 +20,15 @@ MATRIX = np.array([
 ])  # fmt: skip
 
 
+VALUES = dict.fromkeys(FIELDS, -0.7)
+
+
 def known(matrix: np.ndarray = MATRIX) -> Uncertainty:
     return Uncertainty(dict.fromkeys(FIELDS, 0.1), (), matrix, FIELDS, 3.0, 10.0, 1.0, {})
 
 
 def test_all_that_are_known_are_kept_with_their_public_names_and_how_they_were_searched() -> None:
-    found = correlation(MODEL, known(), dict.fromkeys(FIELDS, 0.1))
+    found = correlation(MODEL, known(), dict.fromkeys(FIELDS, 0.1), VALUES)
     assert found is not None
     assert found.names == ("alpha", "tau_in.delay.T_d", "beta", "c", "sigma1")
     assert np.array(found.matrix) == pytest.approx(MATRIX)
@@ -36,7 +39,7 @@ def test_all_that_are_known_are_kept_with_their_public_names_and_how_they_were_s
 @pytest.mark.parametrize("left_out", [("alpha",), ("beta", "sigma1"), ("c",)])
 def test_what_the_log_does_not_determine_takes_its_row_and_column(missing, left_out) -> None:
     errors = {f: missing if f in left_out else 0.1 for f in FIELDS if not (missing == "absent" and f in left_out)}
-    found = correlation(MODEL, known(), errors)
+    found = correlation(MODEL, known(), errors, VALUES)
     assert found is not None
     kept = [k for k, f in enumerate(FIELDS) if f not in left_out]
     assert found.names == tuple(FIELDS[k].replace("__", ".") for k in kept)
@@ -44,16 +47,26 @@ def test_what_the_log_does_not_determine_takes_its_row_and_column(missing, left_
     assert set(found.logarithm) == {"alpha", "beta", "c"} - set(left_out)
 
 
+def test_a_logarithm_of_which_nothing_is_known_takes_its_row_and_column() -> None:
+    """Its draws would be any number; one searched as it is may be as uncertain as it likes."""
+    for error, names in ((6.9, {"alpha", "beta"}), (7.1, {"beta"})):
+        errors = {**dict.fromkeys(FIELDS, 0.1), "alpha": error, "sigma1": 1e3}
+        found = correlation(MODEL, known(), errors, VALUES)
+        assert found is not None
+        assert {"alpha", "beta"} & set(found.names) == names
+        assert "sigma1" in found.names
+
+
 def test_nothing_known_is_no_correlation() -> None:
-    assert correlation(MODEL, known(), {}) is None
-    assert correlation(MODEL, known(), dict.fromkeys(FIELDS, None)) is None
+    assert correlation(MODEL, known(), {}, VALUES) is None
+    assert correlation(MODEL, known(), dict.fromkeys(FIELDS, None), VALUES) is None
 
 
 def test_rounding_is_taken_out_of_the_matrix() -> None:
     """Symmetric, ones on its diagonal, nothing beyond one."""
     rough = MATRIX + 1e-9 * np.random.default_rng(3).normal(size=MATRIX.shape)
     rough[0, 2], rough[2, 0] = -1.0 - 1e-7, -1.0 - 1e-8
-    found = correlation(MODEL, known(rough), dict.fromkeys(FIELDS, 0.1))
+    found = correlation(MODEL, known(rough), dict.fromkeys(FIELDS, 0.1), VALUES)
     assert found is not None
     matrix = np.array(found.matrix)
     assert (matrix == matrix.T).all()
@@ -67,6 +80,6 @@ def test_a_model_without_effects_has_its_own_names() -> None:
     model = kernel("PairedTsmBacklash")
     fields = ("c", "alpha")
     one = Uncertainty({}, (), np.array([[1.0, 0.5], [0.5, 1.0]]), fields, 1.0, 9.0, 1.0, {})
-    found = correlation(model, one, {"c": 0.0, "alpha": 1.0})
+    found = correlation(model, one, {"c": 0.0, "alpha": 1.0}, {"c": 0.9, "alpha": 12.0})
     assert found is not None
     assert (found.names, found.matrix) == (("c", "alpha"), ((1.0, 0.5), (0.5, 1.0)))

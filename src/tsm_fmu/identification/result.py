@@ -38,7 +38,12 @@ def model_card(
             date=utc_now(),
             method=fit.method if fit.complete else f"{fit.method}, interrupted",
         ),
-        correlation=correlation(fit.kernel, fit.uncertainty, {f: p.stderr for f, p in fit.parameters.items()}),
+        correlation=correlation(
+            fit.kernel,
+            fit.uncertainty,
+            {f: p.stderr for f, p in fit.parameters.items()},
+            {f: p.value for f, p in fit.parameters.items()},
+        ),
     )
 
 

@@ -12,8 +12,13 @@ from ..kernels.kernel import Kernel
 from .scaled_variables import logarithm_sign
 from .uncertainty import Uncertainty
 
+LOOSE = 10.0
+"""Standard error of a logarithm from which on the parameter is not determined: e**10 times as much does as well."""
 
-def correlation(kernel: Kernel, known: Uncertainty, errors: Mapping[str, float | None]) -> Correlation | None:
+
+def correlation(
+    kernel: Kernel, known: Uncertainty, errors: Mapping[str, float | None], values: Mapping[str, float]
+) -> Correlation | None:
     """How the errors of the shared parameters go together; None where the log determines none of them.
 
     Parameters with an open bound at zero are taken in their logarithm, the coordinate in which they were searched.
@@ -25,11 +30,18 @@ def correlation(kernel: Kernel, known: Uncertainty, errors: Mapping[str, float |
     known : Uncertainty
     errors : mapping of str to float or None
         Standard errors that the card states, by field; None or NaN where the log does not determine the parameter.
+    values : mapping of str to float
+        Of the parameters, by field.
     """
     declared = {v.field: v for v in kernel.parameters}
-    kept = [
-        k for k, field in enumerate(known.names) if (error := errors.get(field)) is not None and math.isfinite(error)
-    ]
+
+    def determined(field: str) -> bool:
+        error = errors.get(field)
+        if error is None or not math.isfinite(error):
+            return False
+        return not (logarithm_sign(declared[field].quantity) and error > LOOSE * abs(values[field]))
+
+    kept = [k for k, field in enumerate(known.names) if determined(field)]
     if not kept:
         return None
     names = tuple(declared[known.names[k]].name for k in kept)

@@ -93,5 +93,6 @@ def card_of(final: Fitted, records: tuple[RecordUsed, ...], preset: str, seed: i
         dict(zip((run.name for run in problem.runs), per_run_values(final), strict=True)) if problem.per_run else {}
     )
     provenance = Provenance(records, seed=seed, date=utc_now(), method="diagnose")
-    together = None if known is None else correlation(problem.kernel, known, stated)
+    at = {v.field: parameters[v.name].value for v in problem.kernel.parameters}
+    together = None if known is None else correlation(problem.kernel, known, stated, at)
     return ModelCard(final.model, preset, tuple(final.effects), parameters, per_run, provenance, correlation=together)
