@@ -33,7 +33,7 @@ def left(added: tuple[str, ...]) -> float:
 def made(added: tuple[str, ...], parameters: int = 5) -> Hypothesis:
     rmse = left(added)
     fitted: Any = SimpleNamespace(
-        spread=np.ones(1), rmse=np.array([rmse]), effects=added,
+        spread=np.ones(1), rmse=np.array([rmse]), effects=added, has=lambda _: False,
         problem=SimpleNamespace(shared=tuple(range(parameters)), per_run=(), declared={}, runs=[]),
         task=SimpleNamespace(reference_removal={}, gap=np.zeros(1), limits={}, discrepancy=np.zeros(1)),
     )  # fmt: skip

@@ -55,11 +55,11 @@ def smoothest_within_steps(time: FloatArray, x: FloatArray, step: float) -> Floa
         found[moving : rest.first + 1] = _smoothest(
             time[moving : rest.first + 1], x[moving : rest.first + 1], step, start, rest.edge
         )
-        if rest.first < x.size:
-            here = rest.first
-            found[here:] = x[here:] + (found[here] - x[here])  # a rest is where the motion before it ended
-            if rest.edge is not None:
-                found[here : rest.end] = rest.edge
+        here = slice(rest.first, rest.end)
+        if rest.edge is not None:
+            found[here] = rest.edge
+        elif rest.first < x.size:  # a rest is where the motion before it ended
+            found[here] = x[here] + (found[rest.first] - x[rest.first])
         moving = rest.end - 1
     return found
 
@@ -105,16 +105,15 @@ def _past_the_last(levels: FloatArray, a: int, partner: float, step: float) -> i
 def _smoothest(time: FloatArray, x: FloatArray, step: float, start: float | None, end: float | None) -> FloatArray:
     """That of a stretch without a rest, from and to where it was found to be, if it was."""
     n, known = x.size, {k: at for k, at in ((0, start), (-1, end)) if at is not None}
-    if n < 4 * _ORDER:
-        found = x.copy()
-        for k, at in known.items():
-            found[k] = at
-        return found
-    slope, middle = _derivative(time), float(x.mean())
-    log, y, own = _first(x, step)[_ORDER // 2 : n - _ORDER + _ORDER // 2], x - middle, np.ones(n)
+    y, own = x.copy(), np.ones(n)
     for k, at in known.items():
-        y[k], own[k] = at - middle, _PINNED
-    rows = slice(_ORDER // 2, n - _ORDER + _ORDER // 2)
+        y[k], own[k] = at, _PINNED
+    if n < 4 * _ORDER:
+        return y
+    middle = float(x.mean())
+    y -= middle
+    slope, rows = _derivative(time), slice(_ORDER // 2, n - _ORDER + _ORDER // 2)
+    log = _first(x, step)[rows]
     stiffest = _DIGITS - np.log(np.einsum("ij,ij->i", slope, slope))
     smooth = y
     for k in range(_ROUNDS):

@@ -74,14 +74,14 @@ class Search:
         One linear step from its fit, and one from the fit without the nuisance parameters that remove as much as an
         effect: they may have taken what a candidate explains.
         """
-        fitted, model = base.fitted, self.baselines.refitted.fitted
+        fitted = base.fitted
         counted = np.ones(len(fitted.rmse), bool)
-        places = [c for c in candidate_places(self.model, fitted) if not model.has(c.module.NAME)]
+        places = self._places(fitted)
         screened, starts = screen(fitted, places, counted, self.progress), {}
-        before = base.fit_without_nuisances if base.added else model
+        before = self._without_nuisances(base)
         if before is not fitted:
             instead = screen(before, places, counted, self.progress)
-            starts = {s.attached.spec: Start(before, s.starts[0]) for s in instead}
+            starts = _second_starts(before, instead)
             gains = {s.attached.spec: s.gain for s in instead}
             screened = [
                 replace(s, gain=max(s.gain, gains[s.attached.spec])) for s in interleaved(screened, instead)
@@ -93,6 +93,15 @@ class Search:
                 : len(base.significant) + FURTHER_CANDIDATES
             ]
         return screened, starts
+
+    def _places(self, fitted: Fitted) -> list[Attached]:
+        """Candidates beside a fit: not what the model's own law holds."""
+        model = self.baselines.refitted.fitted
+        return [c for c in candidate_places(self.model, fitted) if not model.has(c.module.NAME)]
+
+    def _without_nuisances(self, one: Hypothesis) -> Fitted:
+        """The fit without the nuisance parameters that may have taken what a candidate explains."""
+        return one.fit_without_nuisances if one.added else self.baselines.refitted.fitted
 
     def _with_other_pairs(
         self, found: Sequence[Hypothesis], singles: Sequence[Hypothesis], first: Hypothesis, second: str,
@@ -118,15 +127,15 @@ class Search:
         for one, spec in ((h, spec) for h in supported for spec in h.significant):
             fitted = one.tested[spec][1]
             places = [
-                c for c in candidate_places(self.model, fitted)
+                c for c in self._places(fitted)
                 if c.channel == place_of(spec)[1] and looks_like(c.spec, [spec])
             ]  # fmt: skip
             nuisances = tuple(s for s in one.nuisances if s != spec)
             left = fitted.rmse**2 + one.reference_gain
             without = replace(one, fitted=fitted, nuisances=nuisances, measured=left)
             counted = np.ones(len(left), bool)
-            before = one.fit_without_nuisances if one.added else self.baselines.refitted.fitted
-            starts = {s.attached.spec: Start(before, s.starts[0]) for s in screen(before, places, counted)}
+            before = self._without_nuisances(one)
+            starts = _second_starts(before, screen(before, places, counted))
             screened = screen(fitted, places, counted, self.progress)
             more += refit_candidates(without, screened, self.holdout, starts=starts, progress=self.progress)
         return more
@@ -143,6 +152,11 @@ class Search:
             winner, refitted.fitted, before.reference, before.stepped, least_of_further(winner), form_share=0.0
         )
         return not winner.has_large_nuisance and not left.any()
+
+
+def _second_starts(before: Fitted, screened: Sequence[Screened]) -> dict[str, Start]:
+    """Where a refit with each candidate starts too: that fit, and the values of its linear step from there."""
+    return {s.attached.spec: Start(before, s.starts[0]) for s in screened}
 
 
 def candidate_places(model: Kernel, fitted: Fitted) -> list[Attached]:

@@ -83,14 +83,16 @@ def with_nuisances(base: Fitted, nuisances: Sequence[str]) -> Fitted:
     screened = {s.attached.spec: s for s in screen(base, attached, np.ones(len(base.rmse), bool))}
     for one in screened.values():
         base = replace(base, task=base.task.limited(one.limits))
-    starts = []
+    shapes: list[dict[str, float]] = []
     for number in range(NUISANCE_STARTS):
         values: dict[str, float] = {}
         for spec in nuisances:
             choices = screened[spec].starts
             if choices and not sizes_as(effect_of(spec), "per run"):
                 values |= choices[min(number, len(choices) - 1)]
-        starts.append(({**base.values, **values}, base.per_run))
+        if values not in shapes:  # an effect may have a single one
+            shapes.append(values)
+    starts = [({**base.values, **values}, base.per_run) for values in shapes]
     effects = [*base.effects, *nuisances]  # a few steps do not say which start leads to the deepest valley
     found = min((best_refit(base, effects, [one], nuisances) for one in starts), key=lambda f: f.cost)
     return with_pooled_offsets(found, nuisances)

@@ -1,9 +1,10 @@
-"""Speeds whose steps are those of a measured position.
+"""Motions of a measured position: speeds whose steps are its steps, and positions without those of an encoder.
 
 A model that is driven by its speed takes v dt for what the drive has moved, and its presliding state lives on that. A
 differentiator rounds each reversal off, and a measured speed at a few samples a reversal misses it: then the model is
 blamed for what the speed has lost. So where a log holds the position, and this has no noise but the steps of its
-encoder, the speed of a step is what the position has moved in it.
+encoder, the speed of a step is what the position has moved in it. Between the encoder's steps the position is the
+smoothest that they allow, where it drives a model too.
 """
 
 from __future__ import annotations
@@ -69,22 +70,27 @@ def _with_speed_of(model: Kernel, record: Record, name: str) -> Record:
 
 def with_position_between_steps(model: Kernel, run: FitRun) -> FitRun:
     """A run of a model that is driven by a position, which is as smooth as the steps of its encoder allow."""
-    names = [v.name for v in model.inputs]
-    if not model.motion or model.motion == SPEED:
-        return run
-    column = names.index(model.motion)
-    x = run.inputs[:, column]
-    if run.time.size < FEWEST or quantisation_step(x) == 0.0 or not _clean(x):
+    column, step = _read_in_steps(model, run)
+    if step == 0.0:
         return run
     inputs = run.inputs.copy()
-    inputs[:, column] = between_steps(run.time, x)
+    inputs[:, column] = smoothest_within_steps(run.time, inputs[:, column], step)
     return replace(run, inputs=inputs)
 
 
 def position_notes(model: Kernel, runs: Sequence[FitRun]) -> Iterator[str]:
     """What a user should know of it."""
-    if any(with_position_between_steps(model, run) is not run for run in runs):
+    if any(_read_in_steps(model, run)[1] for run in runs):
         yield f"{model.motion} is taken for the smoothest motion within the steps of its encoder"
+
+
+def _read_in_steps(model: Kernel, run: FitRun) -> tuple[int, float]:
+    """Column of the position that drives a model, and the steps it is read in; 0 without any, or with noise besides."""
+    if not model.motion or model.motion == SPEED:
+        return 0, 0.0
+    column = [v.name for v in model.inputs].index(model.motion)
+    x = run.inputs[:, column]
+    return column, quantisation_step(x) if x.size >= FEWEST and _clean(x) else 0.0
 
 
 def between_steps(time: FloatArray, x: FloatArray) -> FloatArray:
