@@ -320,3 +320,47 @@ def test_a_stop_cuts_four_of_five_visits(visits: int, found: int) -> None:
     for f in clipped:
         stretches = f.text.split(" in ")[1]
         assert stretches == "5 stretches: clipped or against a stop"
+
+
+def _moves(peaks: list[int], samples: int = 8) -> np.ndarray:
+    """A slow motion with quick moves of one width, there and back, of which the last is ``peaks[-1]``."""
+    x = np.sin(2 * np.pi * np.arange(4000.0) / 2000) + np.random.default_rng(7).normal(0.0, 0.002, 4000)
+    for at in peaks:
+        x[at : at + samples] += 0.83 * np.sin(np.linspace(0.0, np.pi, samples)) ** 2
+    return x
+
+
+@pytest.mark.parametrize(("also", "found"), [([], 1), ([2200], 2), ([2200, 3010], 3), ([1210, 2200, 3010], 0)])
+def test_what_a_drive_does_no_faster_in_three_other_places_is_a_move(also: list[int], found: int) -> None:
+    x, nowhere = _moves([*also, 700]), np.zeros(4000, bool)
+    run = record(0.004 * np.arange(4000.0), x_in=x, x_out=0.9 * x)
+    events = check_events(run, 51, ["x_in", "x_out"], nowhere, ["x_in"])
+    assert [f.kind for f in events] == ["disturbance"] * found
+    assert {f.channel for f in events} <= {"x_in, x_out"}
+    assert len(check_events(run, 51, ["x_in", "x_out"], nowhere)) == len(also) + 1  # of a channel that drives nothing
+
+
+@pytest.mark.parametrize(("ratio", "moves"), [(1.4, True), (1.6, False)])
+def test_a_knock_is_half_as_fast_again_as_the_moves_of_a_drive(ratio: float, moves: bool) -> None:
+    x = _moves([1210, 2200, 3010, 3500])
+    x[700:708] += ratio * 0.83 * np.sin(np.linspace(0.0, np.pi, 8)) ** 2
+    run = record(0.004 * np.arange(4000.0), x_in=x)
+    found = check_events(run, 51, ["x_in"], np.zeros(4000, bool), ["x_in"])
+    assert [f.rows[0] // 100 for f in found] == ([] if moves else [7])
+
+
+def test_lost_counts_of_a_drive_are_none_of_its_moves_however_often() -> None:
+    x, nowhere = _moves([]), np.zeros(4000, bool)
+    for at in (500, 1210, 2200, 3010, 3500):
+        x[at:] += 0.31
+    run = record(0.004 * np.arange(4000.0), x_in=x)
+    assert [f.kind for f in check_events(run, 51, ["x_in"], nowhere, ["x_in"])] == ["jump"] * 5
+
+
+def test_spikes_during_a_move_of_the_drive_stay_spikes() -> None:
+    x = _moves([700, 1210, 2200, 3010])
+    y = 0.9 * x
+    y[703] += 4.0
+    run = record(0.004 * np.arange(4000.0), x_in=x, F=np.sin(0.01 * np.arange(4000.0)), x_out=y)
+    found = check_events(run, 51, ["x_in", "x_out"], np.zeros(4000, bool), ["x_in"])
+    assert [(f.kind, f.channel) for f in found] == [("glitch", "x_out")]

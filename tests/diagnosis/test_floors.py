@@ -10,6 +10,7 @@ import pytest
 
 from tsm_fmu.diagnosis.choice import floors as module
 from tsm_fmu.diagnosis.choice.floors import _repeats, floors_of, mostly_explained, open_channels, white_noise
+from tsm_fmu.diagnosis.fits.quantised import Levels
 from tsm_fmu.regression.problem import FitRun
 
 SPREAD = 3.7
@@ -17,9 +18,7 @@ EFFECT, WANDERING, LAW_FORM, REFERENCE = 0.012, 0.02, 0.03, 1.3
 """As docs/diagnosis.md lists them: numbers of this test, not of the code under test."""
 
 
-def fit(
-    rmse: float, share: float = 0.0, white: float | None = None, discrepancy: float = 0.0, other: float = 0.01
-) -> Any:
+def fit(rmse: float, share: float = 0.0, white: float | None = None, other: float = 0.01) -> Any:
     """What leaves ``rmse`` of the spread on the first of two channels, of which ``share`` of the square is predictable
     and ``white`` changes from sample to sample (all of it by default). The second channel is noise alone.
     """
@@ -28,7 +27,6 @@ def fit(
         rmse=size, spread=np.full(2, SPREAD), share=np.array([share, 0.0]),
         white=np.array([rmse if white is None else white, other]) * SPREAD,
         problem=SimpleNamespace(channels=("F", "x")),
-        task=SimpleNamespace(discrepancy=np.full(2, discrepancy * SPREAD)),
     )  # fmt: skip
 
 
@@ -45,8 +43,13 @@ def known(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_repeats", lambda fitted: getattr(fitted, "repeats", None))
 
 
-def open_(fitted: Any, base: Any = None, reference: Any = None, stepped: tuple[str, ...] = ()) -> bool:
-    first, second = open_channels(one(fitted), base or fitted, reference, stepped)
+def steps(channel: str, made: float) -> list[Levels]:
+    """Steps that make this part of the spread."""
+    return [Levels(channel, made * SPREAD * 12.0**0.5, 0.0)]
+
+
+def open_(fitted: Any, base: Any = None, reference: Any = None, levels: Any = ()) -> bool:
+    first, second = open_channels(one(fitted), base or fitted, reference, levels)
     assert not second
     return bool(first)
 
@@ -83,8 +86,8 @@ def test_part_of_what_was_removed_may_be_left_as_a_law(rmse, share, part, lawful
 def test_what_wanders_is_open_where_it_is_slow_or_large(rmse, white, wanders) -> None:
     fitted = fit(rmse, 0.0, white)
     assert open_(fitted) is wanders
-    assert not open_(fitted, stepped=("F",))  # between two levels
-    assert open_(fitted, stepped=("x",)) is wanders
+    assert not open_(fitted, levels=steps("F", rmse))  # between two levels
+    assert open_(fitted, levels=steps("x", rmse)) is wanders
 
 
 @pytest.mark.parametrize(("part", "wanders"), [(0.99, True), (1.01, False)])
@@ -113,11 +116,22 @@ def test_of_what_was_removed_part_may_be_more_than_on_reference_runs() -> None:
         assert open_(fit(0.1), base, fit(0.05)) is is_open
 
 
-@pytest.mark.parametrize(("discrepancy", "is_open"), [(0.099, True), (0.101, False)])
-def test_steps_of_a_converter_explain_as_much_as_they_make(discrepancy: float, is_open: bool) -> None:
-    fitted = fit(0.1, 0.5, discrepancy=discrepancy)
-    assert open_(fitted, stepped=("F",)) is is_open
+@pytest.mark.parametrize(("made", "is_open"), [(0.099, True), (0.101, False)])
+def test_steps_of_a_converter_explain_as_much_as_they_make(made: float, is_open: bool) -> None:
+    fitted = fit(0.1, 0.5)
+    assert open_(fitted, levels=steps("F", made)) is is_open
     assert open_(fitted)
+
+
+@pytest.mark.parametrize(
+    ("made", "left_there", "is_open"),
+    [
+        (0.0917, 0.0305, True), (0.0917, 0.0309, False),  # squares add: 0.1^2 = 0.0917^2 + (1.3 * 0.0307)^2
+        (0.0768, 0.07691, True), (0.0768, 0.07694, False),  # what leaves as much there as the steps make has them too
+    ],
+)  # fmt: skip
+def test_beside_steps_a_channel_leaves_what_reference_runs_leave(made: float, left_there: float, is_open: bool) -> None:
+    assert open_(fit(0.1, 0.5), reference=fit(left_there), levels=steps("F", made)) is is_open
 
 
 @pytest.mark.parametrize(("left", "mostly"), [(0.99, True), (1.01, False)])

@@ -194,6 +194,6 @@ def test_it_is_enough_where_the_last_did_not_help_or_nothing_is_left(
     monkeypatch.setattr(module, "least_of_further", lambda _: np.full(2, 0.006))
     monkeypatch.setattr(module, "open_channels", lambda *_, **__: np.array([False, open_]))
     start: Any = SimpleNamespace(fitted=None)
-    baselines: Any = SimpleNamespace(refitted=start, reference=None, stepped=[])
+    baselines: Any = SimpleNamespace(refitted=start, reference=None, levels=())
     one: Any = SimpleNamespace(added=("a", "b", "c")[:base], form_corrections=form)
     assert Search(kernel("LuGreFriction"), baselines, (), lambda _: None)._enough([], one) is enough

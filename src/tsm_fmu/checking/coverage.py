@@ -87,15 +87,19 @@ def drive_channel(record: Record) -> str | None:
 
 def with_travel(record: Record) -> tuple[Record, str | None]:
     """The record with the integral of its first speed that moves as a channel, and the name of that; None without."""
-    for name, unit in record.units.items():
-        speed = record.columns[name]
-        if (same_quantity(unit, "rad/s") or same_quantity(unit, "m/s")) and np.ptp(speed) > 0.0:
-            travel, unit = f"integral of {name}", unit_to_si(unit).si.removesuffix("/s")
-            from scipy.integrate import cumulative_trapezoid  # slow to import, seldom needed
+    for name in speed_channels(record):
+        travel, unit = f"integral of {name}", unit_to_si(record.units[name]).si.removesuffix("/s")
+        from scipy.integrate import cumulative_trapezoid  # slow to import, seldom needed
 
-            x = cumulative_trapezoid(speed, record.time, initial=0.0)
-            return replace(record, columns={**record.columns, travel: x}, units={**record.units, travel: unit}), travel
+        x = cumulative_trapezoid(record.columns[name], record.time, initial=0.0)
+        return replace(record, columns={**record.columns, travel: x}, units={**record.units, travel: unit}), travel
     return record, None
+
+
+def speed_channels(record: Record) -> list[str]:
+    """Speeds that move."""
+    speeds = [n for n, unit in record.units.items() if same_quantity(unit, "rad/s") or same_quantity(unit, "m/s")]
+    return [name for name in speeds if np.ptp(record.columns[name]) > 0.0]
 
 
 def shortest_period(record: Record, name: str | None) -> float:

@@ -80,6 +80,12 @@ JUMP_SAMPLES = 11
 JUMP_KEPT_SHARE = 0.5
 """A jump keeps more than this part of its step; what comes back at once is a glitch."""
 
+MOVE_SPEED_RATIO = 1.5
+"""What a drive does no faster than this many times what it does elsewhere in the run is a move of it, and no event."""
+
+MOVE_PLACES = 3
+"""It must do so in this many other places: a knock may come twice."""
+
 GLITCH_SAMPLES = 3
 """An excursion of so many samples or fewer is a glitch of the measurement: no drive moves there and back so fast."""
 

@@ -4,7 +4,8 @@ Two residuals are looked at: the signal less its running median over a tenth of 
 motion (leaves short excursions), and the increment less the running median of the increments around it (leaves
 jumps). An event is where a residual is several times what it is in most other parts of the run, so that noise
 and stick-slip, which recur, are no events. Friction changes sign where the drive turns, so
-near a turn a force may change abruptly by its whole usual range.
+near a turn a force may change abruptly by its whole usual range. A drive goes where it is sent: what it does no faster
+than in other places of the run is a move, and what other channels do then follows it.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ from .criteria import (
     GLITCH_SAMPLES,
     JUMP_KEPT_SHARE,
     JUMP_SAMPLES,
+    MOVE_PLACES,
+    MOVE_SPEED_RATIO,
     USUAL_QUANTILE,
 )
 from .finding import Finding, finding, rows_text, shown
@@ -76,7 +79,9 @@ def events(x: FloatArray, window: int, turning: NDArray[np.bool_] | None = None)
     ]
 
 
-def check_events(record: Record, window: int, positions: Sequence[str], turning: NDArray[np.bool_]) -> list[Finding]:
+def check_events(
+    record: Record, window: int, positions: Sequence[str], turning: NDArray[np.bool_], drives: Sequence[str] = ()
+) -> list[Finding]:
     """Findings for the events of all channels; what happens at once in several channels is one finding.
 
     Parameters
@@ -88,20 +93,43 @@ def check_events(record: Record, window: int, positions: Sequence[str], turning:
         Channels that are positions; all others may change fast at a turn.
     turning : ndarray of bool, shape (n,)
         Where the drive turns or breaks away.
+    drives : sequence of str, optional
+        Channels that say how the rig is driven: its position, and its speed.
     """
-    per_channel = [
-        (name, event)
-        for name, x in record.columns.items()
-        for event in events(x, window, None if name in positions else turning)
+    found = {n: events(x, window, None if n in positions else turning) for n, x in record.columns.items()}
+    moves = [
+        event for name in drives for event in found[name] if _recurs(record.columns[name], event, found[name], window)
     ]
+    per_channel = [
+        (name, event) for name, every in found.items() for event in every
+        if event.kind == "glitch" or not any(_at_once(event, move, window) for move in moves)
+    ]  # fmt: skip
     groups: list[list[tuple[str, Event]]] = []
     for item in sorted(per_channel, key=lambda pair: pair[1].first):
-        last = max((event.last for _, event in groups[-1]), default=0) if groups else 0
-        if groups and item[1].first <= last + window // 2:
+        if groups and any(_at_once(item[1], event, window) for _, event in groups[-1]):
             groups[-1].append(item)
         else:
             groups.append([item])
     return [_finding(record, group, window, positions) for group in groups]
+
+
+def _at_once(one: Event, other: Event, window: int) -> bool:
+    return max(one.first, other.first) <= min(one.last, other.last) + window // 2
+
+
+def _recurs(x: FloatArray, event: Event, every: Sequence[Event], window: int) -> bool:
+    """Whether a channel moves about as fast as in an event in several other places; other jumps are none of these."""
+    if event.kind == "glitch":
+        return False
+    lasts = event.last - event.first + 1
+    lag = lasts if event.kind == "jump" else max(1, lasts // 2)
+    moved = np.abs(x[lag:] - x[:-lag])
+    begins = slice(max(0, event.first - lag), event.last + 1)
+    fast = moved >= moved[begins].max(initial=0.0) / MOVE_SPEED_RATIO
+    fast[begins] = False
+    for jump in (e for e in every if e.kind != "disturbance"):
+        fast[max(0, jump.first - lag) : jump.last + 1] = False
+    return np.unique(np.flatnonzero(fast) // window).size >= MOVE_PLACES
 
 
 def _finding(record: Record, group: list[tuple[str, Event]], window: int, positions: Sequence[str]) -> Finding:
@@ -120,7 +148,7 @@ def _finding(record: Record, group: list[tuple[str, Event]], window: int, positi
         "start_up": f"start-up transient until {t1:.3f} s: {moved}; leave it out with --from",
         "glitch": f"{moved} {where}, for {last - first + 1} samples only: a glitch of the measurement, or a knock",
         "jump": f"{moved} {where} and stays there: a jump, as of {sudden}",
-        "disturbance": f"{moved} {where} away from the motion around it, once in the run: a disturbance",
+        "disturbance": f"{moved} {where} away from the motion around it: a disturbance",
     }[kind]
     rows = f" ({rows_text(record, first, last)})"
     return finding(record, kind, ", ".join(sizes), 0 if early else first, last, what + rows)

@@ -17,6 +17,7 @@ from .coverage import (
     motion_of,
     shortest_period,
     speed_and_acceleration,
+    speed_channels,
     with_travel,
 )
 from .criteria import BREAK_AWAY_SHARE, SLOW_SPEED_SHARE
@@ -113,7 +114,8 @@ def check_record(record: Record, cutoff: float | None = None) -> RunCheck:
         derivatives = speed_and_acceleration(driven, drive, cutoff)
         motion, coverage = motion_of(driven, drive, derivatives)
         turning = _turning(driven.columns[drive], derivatives[0], window)
-    found += check_events(record, window, list(positions.names), turning)
+    drives = [name for name in record.columns if name == drive or name in speed_channels(record)]
+    found += check_events(record, window, list(positions.names), turning, drives)
     powers, signs = check_power(record)
     found += signs
     if motion and motion.initial_rest * clock.rate > 0.5 * window:

@@ -42,11 +42,6 @@ class Baselines:
     reference: Fitted | None
     levels: tuple[Levels, ...]
 
-    @property
-    def stepped(self) -> list[str]:
-        """Channels of few levels."""
-        return [one.channel for one in self.levels]
-
 
 def baselines(
     task: Task, effects: Sequence[str], runs: Sequence[FitRun], references: Sequence[FitRun],

@@ -149,7 +149,7 @@ class Search:
         # nothing is left to explain, and nothing explained by what is rather a nuisance
         before = self.baselines
         left = open_channels(
-            winner, refitted.fitted, before.reference, before.stepped, least_of_further(winner), form_share=0.0
+            winner, refitted.fitted, before.reference, before.levels, least_of_further(winner), form_share=0.0
         )
         return not winner.has_large_nuisance and not left.any()
 
