@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.fits.refit import Task, refit
-from tsm_fmu.diagnosis.runs.beginning import beginning_note, compared_after_start, friction_channels
+from tsm_fmu.diagnosis.runs.beginning import (
+    beginning_note,
+    compared_after_gaps,
+    compared_after_start,
+    friction_channels,
+)
 from tsm_fmu.diagnosis.runs.motion_signals import coordinates_of
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun, Problem
@@ -110,3 +116,34 @@ def test_how_late_runs_are_compared_is_said_to_two_digits() -> None:
     assert beginning_note(begins)[0].startswith(f"each run is compared from 0 to 2.3 {said}")
     assert beginning_note(begins[1:])[0].startswith(f"each run is compared from 0.53 to 2.3 {said}")
     assert len(beginning_note(begins)) == 1
+
+
+@pytest.mark.parametrize("lost", [9, 31])
+def test_after_a_gap_a_run_is_compared_once_the_drive_has_moved_as_far(lost: int) -> None:
+    """Nine rows are a hiccup of the logger; in 31 the drive may have turned."""
+    whole = stroked(0.0)
+    kept = np.delete(np.arange(whole.time.size), slice(700, 700 + lost))
+    run = FitRun("a", whole.time[kept], whole.inputs[kept], whole.targets[kept])
+    found = compared_after_gaps(kernel("TendonDrive"), run)
+    if lost == 9:
+        assert found is run
+        return
+    (out,) = found.unresolved.T
+    x = run.inputs[:, 0]
+    (at,) = np.flatnonzero(np.diff(out.astype(int)) == 1)
+    assert at == 699
+    after = np.ptp(x[700 : 700 + out.sum()])
+    assert 0.08 * STROKE < after < 0.1 * STROKE
+    assert out.sum() == np.flatnonzero(out)[-1] - 699
+    both = compared_after_gaps(kernel("TendonDrive"), replace(run, unresolved=(np.arange(x.size) == 3)[:, None]))
+    assert both.unresolved[3, 0]
+    assert both.unresolved.sum() == out.sum() + 1
+
+
+def test_a_log_of_gaps_alone_is_compared_as_it_is() -> None:
+    whole = stroked(0.0)
+    kept = np.flatnonzero(np.arange(whole.time.size) % 60 < 14)
+    run = FitRun("a", whole.time[kept], 1e-3 * whole.inputs[kept], whole.targets[kept])
+    run.inputs[3, 0] = STROKE  # a stroke that is never passed again
+    run.inputs[9:99, 0] = STROKE * np.linspace(0.0, 1.0, 90)
+    assert not compared_after_gaps(kernel("TendonDrive"), run).unresolved.any()

@@ -13,6 +13,7 @@ from tsm_fmu.diagnosis.choice.form import beside
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis
 from tsm_fmu.diagnosis.choice.refits import interleaved, shortlist
 from tsm_fmu.diagnosis.choice.supported import Choice, choice_of, dominated, indistinguishable, log_residual
+from tsm_fmu.diagnosis.fits.refit import Task
 from tsm_fmu.effects import effect_of
 
 CLEAN_EFFECT_SPREAD_SHARE, FURTHER_EFFECT_SPREAD_SHARE, FIT_SPREAD_SHARE = 0.006, 0.025, 0.003
@@ -25,15 +26,16 @@ MANY = 1e5
 def made(
     added: str, rmse: float, held: float | None = None, *, parameters: int = 5, effective: float = MANY,
     nuisance_specs: dict[str, float] | None = None, unit: float = SPREAD, discrepancy: float = 0.0,
+    steps: float = 0.0,
     referenced: bool = False, gap: float = 0.0, share: float = 0.1,
 ) -> Hypothesis:  # fmt: skip
     """What leaves ``rmse`` (of the spread) on one channel; ``added`` are ids with blanks between, each of a size."""
     fitted: Any = SimpleNamespace(
         spread=np.array([unit]), rmse=np.array([rmse * unit]), effects=(*added.split(), *(nuisance_specs or ())),
         problem=SimpleNamespace(shared=tuple(range(parameters)), per_run=(), declared={}, runs=[None]),
-        task=SimpleNamespace(
-            discrepancy=np.array([discrepancy * unit]),
-            reference_removal={"delay@F": np.zeros(1)} if referenced else {}, limits={}, gap=np.array([gap * unit]),
+        task=Task(
+            "", (), (), {}, discrepancy=np.array([discrepancy * unit]), gap=np.array([gap * unit]),
+            reference_removal={"delay@F": np.zeros(1)} if referenced else {}, steps=np.array([steps * unit]),
         ),
         share_of=lambda spec: np.array([share]), residuals=[np.zeros((9, 1))],
     )  # fmt: skip
@@ -115,9 +117,9 @@ def test_where_no_effect_acts_yet_a_further_one_is_as_one_alone() -> None:
 
     def two(added: str, first: float, second: float) -> Hypothesis:
         one = made(added, first)
-        task, fitted = one.fitted.task, one.fitted
-        vars(task).update(gap=np.array([0.08, 0.02]) * SPREAD, discrepancy=np.zeros(2))
-        vars(fitted).update(spread=np.full(2, SPREAD), rmse=np.array([first, second]) * SPREAD)
+        fitted: Any = one.fitted
+        task = replace(fitted.task, gap=np.array([0.08, 0.02]) * SPREAD, discrepancy=np.zeros(2), steps=np.zeros(2))
+        vars(fitted).update(task=task, spread=np.full(2, SPREAD), rmse=np.array([first, second]) * SPREAD)
         return replace(one, measured=fitted.rmse**2, effective=np.full(2, MANY), effective_held_out=np.full(2, MANY))
 
     plain, one = two("", 0.08, 0.02), two("inertia", 0.01, 0.02)
@@ -132,6 +134,45 @@ def test_what_leaves_little_more_than_reference_runs_has_nothing_to_explain() ->
         plain = made("", left, discrepancy=0.02, referenced=True)
         one = made("breakaway_ageing", 0.016, discrepancy=0.02, referenced=True)
         assert names(choice_of([plain, one], plain)) == [("breakaway_ageing",) if named else ()]
+
+
+@pytest.mark.parametrize(
+    ("left", "held", "named"),
+    [
+        (0.0141, 0.0141, True), (0.0143, 0.0141, False), (0.0141, 0.0143, False),
+        (0.0143, None, False), (0.0141, None, False),
+    ],
+)  # fmt: skip
+def test_what_leaves_half_of_that_on_all_runs_is_there_whatever_reference_runs_leave(left, held, named) -> None:
+    """Their motions may show more of the form of the model than those of the others do."""
+    plain = made("", 0.02, 0.02 if held else None, discrepancy=0.02, referenced=True)
+    one = made("breakaway_ageing", left, held, discrepancy=0.02, referenced=True)
+    assert names(choice_of([plain, one], plain)) == [("breakaway_ageing",) if named else ()]
+
+
+@pytest.mark.parametrize(("left", "named"), [(0.0799, True), (0.0802, False)])
+@pytest.mark.parametrize("there", [0.0, 0.003])
+def test_beside_steps_of_a_converter_an_effect_is_what_it_removes_beyond_these(left, there, named) -> None:
+    """It must remove two fifths of what is left beside them: 0.0837^2 - 0.07^2 = 1.4 (0.08003^2 - 0.07^2)."""
+    plain = made("", 0.0837, discrepancy=there, referenced=bool(there), steps=0.07)
+    one = made("inertia", left, discrepancy=there, referenced=bool(there), steps=0.07)
+    assert names(choice_of([plain, one], plain)) == [("inertia",) if named else ()]
+
+
+@pytest.mark.parametrize("less", [0.069, 0.05])
+def test_what_explains_the_pattern_between_two_levels_explains_nothing(less: float) -> None:
+    plain = made("", 0.0702, 0.0702, steps=0.07)
+    assert names(choice_of([plain, made("drum_periodic", less, less, steps=0.07)], plain)) == [()]
+
+
+@pytest.mark.parametrize(("held", "named"), [(0.0094, True), (0.0096, False)])
+def test_a_value_for_each_run_that_predicts_nearly_all_of_other_runs_is_a_law(held: float, named: bool) -> None:
+    """Nine tenths of their mean square, where it gains too little on the measured ones to be told from chance."""
+    plain, one = made("", 0.012, 0.03, effective=30.0), made("wear", 0.01, held, effective=30.0)
+    fitted: Any = one.fitted
+    fitted.problem.per_run = ("wear__X_0",)
+    fitted.problem.declared["wear__X_0"] = SimpleNamespace(name="wear.X_0")
+    assert names(choice_of([plain, one], plain)) == [("wear",) if named else ()]
 
 
 def test_what_removes_enough_on_held_out_runs_alone_is_not_named() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from tsm_fmu.diagnosis.choice import floors as module
 from tsm_fmu.diagnosis.choice.floors import _repeats, floors_of, mostly_explained, open_channels, white_noise
-from tsm_fmu.diagnosis.fits.quantised import Levels
+from tsm_fmu.diagnosis.fits.refit import Task
 from tsm_fmu.regression.problem import FitRun
 
 SPREAD = 3.7
@@ -26,7 +26,7 @@ def fit(rmse: float, share: float = 0.0, white: float | None = None, other: floa
     return SimpleNamespace(
         rmse=size, spread=np.full(2, SPREAD), share=np.array([share, 0.0]),
         white=np.array([rmse if white is None else white, other]) * SPREAD,
-        problem=SimpleNamespace(channels=("F", "x")),
+        problem=SimpleNamespace(channels=("F", "x")), task=Task("", (), (), {}),
     )  # fmt: skip
 
 
@@ -43,13 +43,11 @@ def known(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_repeats", lambda fitted: getattr(fitted, "repeats", None))
 
 
-def steps(channel: str, made: float) -> list[Levels]:
-    """Steps that make this part of the spread."""
-    return [Levels(channel, made * SPREAD * 12.0**0.5, 0.0)]
-
-
-def open_(fitted: Any, base: Any = None, reference: Any = None, levels: Any = ()) -> bool:
-    first, second = open_channels(one(fitted), base or fitted, reference, levels)
+def open_(fitted: Any, base: Any = None, reference: Any = None, steps: tuple[float, float] = (0.0, 0.0)) -> bool:
+    """With steps of converters that make these parts of the spread of the two channels."""
+    there = np.zeros(2) if reference is None else reference.rmse
+    fitted.task = Task("", (), (), {}, discrepancy=there, steps=np.array(steps) * SPREAD)
+    first, second = open_channels(one(fitted), base or fitted, reference)
     assert not second
     return bool(first)
 
@@ -86,8 +84,8 @@ def test_part_of_what_was_removed_may_be_left_as_a_law(rmse, share, part, lawful
 def test_what_wanders_is_open_where_it_is_slow_or_large(rmse, white, wanders) -> None:
     fitted = fit(rmse, 0.0, white)
     assert open_(fitted) is wanders
-    assert not open_(fitted, levels=steps("F", rmse))  # between two levels
-    assert open_(fitted, levels=steps("x", rmse)) is wanders
+    assert not open_(fitted, steps=(rmse, 0.0))  # between two levels
+    assert open_(fitted, steps=(0.0, rmse)) is wanders
 
 
 @pytest.mark.parametrize(("part", "wanders"), [(0.99, True), (1.01, False)])
@@ -119,7 +117,7 @@ def test_of_what_was_removed_part_may_be_more_than_on_reference_runs() -> None:
 @pytest.mark.parametrize(("made", "is_open"), [(0.099, True), (0.101, False)])
 def test_steps_of_a_converter_explain_as_much_as_they_make(made: float, is_open: bool) -> None:
     fitted = fit(0.1, 0.5)
-    assert open_(fitted, levels=steps("F", made)) is is_open
+    assert open_(fitted, steps=(made, 0.0)) is is_open
     assert open_(fitted)
 
 
@@ -131,7 +129,7 @@ def test_steps_of_a_converter_explain_as_much_as_they_make(made: float, is_open:
     ],
 )  # fmt: skip
 def test_beside_steps_a_channel_leaves_what_reference_runs_leave(made: float, left_there: float, is_open: bool) -> None:
-    assert open_(fit(0.1, 0.5), reference=fit(left_there), levels=steps("F", made)) is is_open
+    assert open_(fit(0.1, 0.5), reference=fit(left_there), steps=(made, 0.0)) is is_open
 
 
 @pytest.mark.parametrize(("left", "mostly"), [(0.99, True), (1.01, False)])

@@ -44,7 +44,7 @@ RUNS = tuple(run_of(f"r{k}", *of, seed=k) for k, of in enumerate(zip(ZEROS, LEVE
 
 
 def prepared_runs(runs: Sequence[FitRun] = RUNS, holdout: Sequence[FitRun] = ()) -> PreparedRuns:
-    return PreparedRuns(MODEL, CHANNELS, tuple(runs), (), tuple(holdout), ())
+    return PreparedRuns(MODEL, CHANNELS, tuple(runs), (), tuple(holdout), (), ())
 
 
 def fitted(runs: Sequence[FitRun] = RUNS, zeros: Sequence[float] = SEEN) -> Fitted:

@@ -14,6 +14,7 @@ from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis
 from tsm_fmu.diagnosis.choice.search import Search, _promises, candidate_places
 from tsm_fmu.diagnosis.choice.supported import leading, log_residual
 from tsm_fmu.diagnosis.fits.placing import least_stroke, possible
+from tsm_fmu.diagnosis.fits.refit import Task
 from tsm_fmu.effects import EFFECTS, about
 from tsm_fmu.kernels.chain import chain
 from tsm_fmu.kernels.kernel import kernel
@@ -35,9 +36,13 @@ def made(added: tuple[str, ...], parameters: int = 5) -> Hypothesis:
     fitted: Any = SimpleNamespace(
         spread=np.ones(1), rmse=np.array([rmse]), effects=added, has=lambda _: False,
         problem=SimpleNamespace(shared=tuple(range(parameters)), per_run=(), declared={}, runs=[]),
-        task=SimpleNamespace(reference_removal={}, gap=np.zeros(1), limits={}, discrepancy=np.zeros(1)),
+        task=Task("", (), (), {}),
     )  # fmt: skip
     return Hypothesis(added, fitted, (), np.array([rmse**2]), None, np.full(1, 1e5), np.ones(1), (), lambda: {})
+
+
+def _candidate(spec: str) -> Any:
+    return SimpleNamespace(attached=SimpleNamespace(spec=spec))
 
 
 @pytest.fixture
@@ -52,7 +57,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[tuple[str, ...]]]:
 
     def screened(self: Search, base: Hypothesis) -> tuple[list, dict]:
         specs = [name for name in SETS if name and " " not in name and name not in base.added]
-        return [SimpleNamespace(attached=SimpleNamespace(spec=name)) for name in specs], {}
+        return [_candidate(name) for name in specs], {}
 
     monkeypatch.setattr(module, "refit_candidates", refitted)
     monkeypatch.setattr(module, "refit_rivals", lambda found, _: list(found))
@@ -108,6 +113,20 @@ def test_what_hides_behind_a_nuisance_effect_that_would_be_named_takes_its_place
     assert asked == [((), ("presliding_shape", "offset_drift@F"), without, ["delay@F"], {"delay@F"})]
     one = SimpleNamespace(supported=(replace(start, nuisance_tests=lambda: {}),))
     assert search._in_place_of_nuisances([start]) == []
+
+
+@pytest.mark.parametrize(("left", "goes_on"), [(0.3, True), (0.5, False)])
+def test_where_that_leaves_less_the_search_goes_on_from_there(
+    asked: dict[str, list], monkeypatch: pytest.MonkeyPatch, left: float, goes_on: bool
+) -> None:
+    monkeypatch.setitem(SETS, "friction_lag", left)  # tried in the place of a nuisance effect alone
+    monkeypatch.setattr(Search, "_enough", lambda self, found, base: True)
+    monkeypatch.setattr(Search, "_in_place_of_nuisances", lambda self, found: [made(("friction_lag",))])
+    monkeypatch.setattr(Search, "_screened", lambda self, base: ([_candidate("wear"), _candidate("creep")], {}))
+    sets = [h.added for h in searched("the same on reference runs")]
+    further = [("friction_lag", "wear"), ("friction_lag", "creep")] if goes_on else []
+    assert sets == [(), ("wear",), ("creep",), ("friction_lag",), *further]
+    assert asked["reference"] == [()]
 
 
 def test_the_search_ends_where_one_more_helps_no_more(asked: dict[str, list], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -194,6 +213,6 @@ def test_it_is_enough_where_the_last_did_not_help_or_nothing_is_left(
     monkeypatch.setattr(module, "least_of_further", lambda _: np.full(2, 0.006))
     monkeypatch.setattr(module, "open_channels", lambda *_, **__: np.array([False, open_]))
     start: Any = SimpleNamespace(fitted=None)
-    baselines: Any = SimpleNamespace(refitted=start, reference=None, levels=())
+    baselines: Any = SimpleNamespace(refitted=start, reference=None)
     one: Any = SimpleNamespace(added=("a", "b", "c")[:base], form_corrections=form)
     assert Search(kernel("LuGreFriction"), baselines, (), lambda _: None)._enough([], one) is enough

@@ -1,16 +1,18 @@
-"""Sampling: rate, jitter and gaps."""
+"""Sampling: rate, jitter, gaps, and rows that the logger wrote again."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..logs.record import Record
+from ..logs.repeated import repeated_rows
 from .criteria import GAP_INTERVALS, JITTER_SHARE, MOST_GAPS_LISTED
-from .finding import Finding, finding
+from .finding import Finding, finding, rows_text
 
-__all__ = ["Clock", "check_clock"]
+__all__ = ["Clock", "check_clock", "check_repeated"]
 
 
 @dataclass(frozen=True)
@@ -55,3 +57,14 @@ def check_clock(record: Record) -> tuple[Clock, list[Finding]]:
         text = f"sampling jitters by {jitter:.3g} s RMS around {middle:.4g} s ({100 * jitter / middle:.0f} %)"
         found.append(finding(record, "jitter", "time", 0, record.time.size - 1, text))
     return Clock(1.0 / middle, jitter, int(gaps.size)), found
+
+
+def check_repeated(record: Record) -> Iterator[Finding]:
+    """A finding for each stretch."""
+    for first, last in repeated_rows(record):
+        text = (
+            f"every column repeats from {record.time[first]:.3f} to {record.time[last]:.3f} s "
+            f"({rows_text(record, first, last)}) and goes on elsewhere: the logger stood still, the drive did not; "
+            "a fit leaves these rows out"
+        )
+        yield finding(record, "repeated", "time", first, last, text)

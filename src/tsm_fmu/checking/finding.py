@@ -17,7 +17,7 @@ class Finding:
     Attributes
     ----------
     kind : str
-        ``gap``, ``jitter``, ``start_up``, ``glitch``, ``jump``, ``disturbance``, ``clipping``, ``stuck``,
+        ``gap``, ``jitter``, ``repeated``, ``start_up``, ``glitch``, ``jump``, ``disturbance``, ``clipping``, ``stuck``,
         ``quantisation``, ``direction``, ``power_sign``, ``columns`` or ``coverage``.
     channel : str
         Channel, several joined by ``", "``, or ``time``.

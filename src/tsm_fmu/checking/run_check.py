@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from ..kernels.arrays import FloatArray
 from ..logs.quantisation import quantisation_step
 from ..logs.record import Record
-from .clock import Clock, check_clock
+from .clock import Clock, check_clock, check_repeated
 from .coverage import (
     MotionCoverage,
     drive_channel,
@@ -115,7 +116,9 @@ def check_record(record: Record, cutoff: float | None = None) -> RunCheck:
         motion, coverage = motion_of(driven, drive, derivatives)
         turning = _turning(driven.columns[drive], derivatives[0], window)
     drives = [name for name in record.columns if name == drive or name in speed_channels(record)]
-    found += check_events(record, window, list(positions.names), turning, drives)
+    repeated = list(check_repeated(record))
+    found += repeated
+    found += [e for e in check_events(record, window, list(positions.names), turning, drives) if not _in(e, repeated)]
     powers, signs = check_power(record)
     found += signs
     if motion and motion.initial_rest * clock.rate > 0.5 * window:
@@ -136,6 +139,11 @@ def check_record(record: Record, cutoff: float | None = None) -> RunCheck:
     return RunCheck(
         record.name, record.sha256, record.time.size, t0, t1, clock, channels, motion, powers, found + coverage
     )
+
+
+def _in(event: Finding, stretches: Sequence[Finding]) -> bool:
+    """Whether an event begins or ends where a logger stood still."""
+    return any(event.rows[0] <= s.rows[1] + 1 and event.rows[1] >= s.rows[0] - 1 for s in stretches)
 
 
 def _channel(record: Record, name: str) -> Channel:

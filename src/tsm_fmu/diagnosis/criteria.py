@@ -54,6 +54,10 @@ UNRESOLVED_SPREAD_SHARE = 0.02
 UNRESOLVED_MOST_SHARE = 0.3
 """At most this part of a run is left out for that: a log that resolves less is compared as it is."""
 
+LONG_STAY_RATIO = 8.0
+"""A reading of an encoder that stays this many times longer than the ones beside it is a rest; at a reversal it stays
+five times longer at most."""
+
 PRESLIDING_STROKE_SHARE = (3e-4, 0.02, 0.1)
 """Shortest, usual and longest presliding distance that effects see, as parts of the longest stroke."""
 

@@ -9,10 +9,12 @@ from functools import cache
 import numpy as np
 
 from ..card import ModelCard, RecordUsed
+from ..checking import check_repeated
 from ..effects import EFFECTS, id_of
 from ..kernels.arrays import FloatArray
 from ..kernels.kernel import Kernel
 from ..logs.record import Record
+from ..logs.repeated import without_repeated_rows
 from ..models.contract import InputError
 from ..regression.held_out import SETTLING
 from ..regression.problem import FitRun
@@ -25,7 +27,7 @@ from .answer.parameters import bound_notes, card_of, changes_of, model_fit, per_
 from .answer.sentence import answer, leading_channel
 from .answer.shape import located, with_position_law
 from .answer.verdict import Verdict, verdict_of
-from .choice.baselines import baselines
+from .choice.baselines import baselines, refitted_model
 from .choice.hypotheses import can_leave_out
 from .choice.path import way_to_a_better_model
 from .choice.search import Search, candidate_places
@@ -147,13 +149,15 @@ def diagnose(
     DiagnosisInterrupted
         Ctrl-C after the model was refitted.
     """
-    every, said = with_speeds_of_position(model, [*measured, *holdout, *reference], cutoff)
+    repeated = [f"{r.name}: {f.text}" for r in (*measured, *holdout, *reference) for f in check_repeated(r)]
+    given = [without_repeated_rows(record) for record in (*measured, *holdout, *reference)]
+    every, said = with_speeds_of_position(model, given, cutoff)
     if not said:  # a position that stands has no noise
         every, said = with_quiet_rests(model, every)
     ends = len(measured), len(measured) + len(holdout)
     measured, holdout, reference = every[: ends[0]], every[ends[0] : ends[1]], every[ends[1] :]
     runs = prepared(model, measured, reference, holdout, cutoff, drive)
-    runs = replace(runs, notes=(*runs.notes, *said))
+    runs = replace(runs, notes=(*repeated, *runs.notes, *said))
     if improve and not can_leave_out(runs.measured):
         raise InputError(
             f"--improve with {len(measured)} measured run{'s' if len(measured) > 1 else ''} -- expected two or more, "
@@ -168,7 +172,7 @@ def diagnose(
         return _refused(runs, checked, records, preset, seed)
     used = [RecordUsed(r.name, r.sha256) for r in measured if r.sha256]
     used += [RecordUsed(r.name, r.sha256, "holdout") for r in holdout if r.sha256]
-    task = task_once()
+    runs, task = _where_known(runs, task_once(), progress)
     try:
         found = investigate(runs, task, progress)
     except SearchInterrupted as stopped:
@@ -188,6 +192,15 @@ def _as_modelled(records: Sequence[Record], runs: PreparedRuns, task: Callable[[
         return np.interp(records[k].time, run.time, own, left=np.nan, right=np.nan)
 
     return modelled
+
+
+def _where_known(runs: PreparedRuns, task: Task, progress: Progress) -> tuple[PreparedRuns, Task]:
+    """The same, compared where the steps of an encoder leave no doubt of the motion."""
+    if not any(runs.others):
+        return runs, task
+    progress("what the steps of the position leave open")
+    runs = runs.compared_where_known(refitted_model(task, runs.effects))
+    return runs, replace(task, runs=thinned_for_search(runs.model, runs.measured, runs.channels))
 
 
 def _improved(

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from ..kernels.arrays import FloatArray
+from ..kernels.arrays import FloatArray, IntArray
 from ..models.contract import InputError
 from .quantisation import quantisation_step
 
-__all__ = ["Derivative", "default_cutoff", "differentiate", "sample_period"]
+__all__ = ["Derivative", "after_gaps", "default_cutoff", "differentiate", "sample_period"]
 
 _ORDER = 4
 _SHORTEST = 7
@@ -119,10 +119,16 @@ def _on_even_clock(time: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatAr
 
 def _stretches(time: FloatArray) -> list[slice]:
     """Rows between gaps that are too long to be bridged; all of them where the sampling is uneven without gaps."""
-    steps = np.diff(time)
-    gaps = np.flatnonzero(np.rint(steps / np.median(steps)) > _MOST_LOST + 1) + 1 if steps.size else []
-    edges = [0, *map(int, gaps), time.size]
+    edges = [0, *map(int, after_gaps(time)), time.size]
     return [slice(a, b) for a, b in pairwise(edges)]
+
+
+def after_gaps(time: FloatArray) -> IntArray:
+    """Samples before which a clock has a gap that is too long to be bridged."""
+    steps = np.diff(time)
+    return (
+        np.flatnonzero(np.rint(steps / np.median(steps)) > _MOST_LOST + 1) + 1 if steps.size else np.empty(0, np.intp)
+    )
 
 
 def default_cutoff(time: FloatArray, x: FloatArray) -> float:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..kernels.arrays import FloatArray
 from ..kernels.kernel import Kernel
@@ -53,6 +53,8 @@ class Record:
         counted from the first, what `log.toml` said.
     begins : float or None
         When time was zero [s since 1970, UTC], where the log's times are dates.
+    left_out : tuple of int
+        Rows of the file after the first sample's that are no samples, ascending.
     """
 
     name: str
@@ -64,6 +66,7 @@ class Record:
     first_row: int = FIRST_ROW
     notes: tuple[str, ...] = ()
     begins: float | None = None
+    left_out: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         where = str(self.source or self.name)
@@ -86,7 +89,22 @@ class Record:
 
     def row(self, sample: int) -> int:
         """Row of the file that holds the sample."""
-        return self.first_row + int(sample)
+        row = self.first_row + int(sample)
+        for one in self.left_out:
+            row += one <= row
+        return row
+
+    def without(self, samples: Collection[int]) -> Record:
+        """A copy without some of its samples."""
+        kept = np.delete(np.arange(self.time.size), list(samples))
+        return self._at(kept, {*self.left_out, *map(self.row, samples)})
+
+    def _at(self, kept: slice | NDArray[np.intp], left_out: Collection[int]) -> Record:
+        """A copy at some of its samples, with the rows of the file that these leave out between them."""
+        first = self.row(np.arange(self.time.size)[kept][0])
+        columns = {name: values[kept] for name, values in self.columns.items()}
+        between = tuple(sorted(row for row in left_out if row > first))
+        return replace(self, time=self.time[kept], columns=columns, first_row=first, left_out=between)
 
     def to_frame(self) -> pd.DataFrame:
         """The run as a DataFrame with time as its index and header cells ``name [unit]``, SI."""
@@ -125,8 +143,7 @@ class Record:
             If fewer than two samples are left.
         """
         keep = window_of(str(self.source or self.name), self.time, start, stop)
-        columns = {name: values[keep] for name, values in self.columns.items()}
-        return replace(self, time=self.time[keep], columns=columns, first_row=self.row(keep.start))
+        return self._at(keep, self.left_out)
 
     def inputs_for(self, kernel: Kernel, cutoff: float | None = None) -> FloatArray:
         """Inputs of a kernel as columns in its order, shape (n, number of inputs); see `kernel_inputs`."""

@@ -79,8 +79,7 @@ def baselines(
             ),
         )
     levels = coarse(runs, task.channels, base.spread)
-    form = np.maximum(base.task.discrepancy, step_noise(levels, task.channels))
-    base = replace(base, task=replace(base.task, gap=base.rmse, discrepancy=form))
+    base = replace(base, task=replace(base.task, gap=base.rmse, steps=step_noise(levels, task.channels)))
     return Baselines(
         given, hypothesis((), base, (), holdout),
         hypothesis((), with_nuisances(base, nuisances), nuisances, holdout), reference, tuple(levels),

@@ -7,7 +7,6 @@ to be noise of an instrument.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +24,6 @@ from ..criteria import (
     WANDERING_SPREAD_SHARE,
     WHITE_SHARE,
 )
-from ..fits.quantised import Levels, step_noise
 from ..fits.refit import Fitted
 from ..fits.response import places_of
 from ..residual.predictable import predictable_share
@@ -68,9 +66,7 @@ class Floors:
         return bool(self.unexplained.any()) and not self.in_part
 
 
-def floors_of(
-    choice: Choice, refitted: Hypothesis, reference_fit: Fitted | None, levels: Sequence[Levels] = ()
-) -> Floors:
+def floors_of(choice: Choice, refitted: Hypothesis, reference_fit: Fitted | None) -> Floors:
     """Floors that follow from what the best hypothesis leaves.
 
     Parameters
@@ -80,8 +76,6 @@ def floors_of(
         Refitted baseline.
     reference_fit : Fitted or None
         The same on reference runs.
-    levels : sequence of Levels
-        Of channels that have few.
     """
     best, winner = choice.best.fitted, choice.winner
     share = _predictable(best)
@@ -94,7 +88,7 @@ def floors_of(
     least = np.minimum(white, noise) if repeats is None else noise
     if reference_fit is not None:  # gaps are judged against the larger floor
         noise, least = np.maximum(noise, reference_fit.rmse), np.maximum(least, reference_fit.rmse)
-    open_ = open_channels(winner, refitted.fitted, reference_fit, levels)
+    open_ = open_channels(winner, refitted.fitted, reference_fit)
     unexplained = (open_ & ~mostly_explained(winner, refitted, reference_fit)) | _lost_elsewhere(
         winner, refitted, noise
     )
@@ -102,7 +96,7 @@ def floors_of(
 
 
 def open_channels(
-    one: Hypothesis, base: Fitted, reference_fit: Fitted | None, levels: Sequence[Levels] = (),
+    one: Hypothesis, base: Fitted, reference_fit: Fitted | None,
     least: FloatArray | float = EFFECT_SPREAD_SHARE, form_share: float = LAW_FORM_SHARE,
 ) -> BoolArray:  # fmt: skip
     """Channels in which a hypothesis leaves something to explain.
@@ -114,8 +108,6 @@ def open_channels(
         Refitted baseline: part of what was removed from it may be left, since no law is quite the true one.
     reference_fit : Fitted or None
         Baseline on reference runs.
-    levels : sequence of Levels
-        Of channels that have few: what is between two levels follows the motion and wanders, and is no gap.
     least : float, or ndarray of shape (channels,)
         Part of a channel's spread beyond which a law is a gap.
     form_share : float
@@ -130,14 +122,12 @@ def open_channels(
     coloured = mean_square - white
     large = np.where(mean_square > SLOW_RATIO**2 * white, least, WANDERING_SPREAD_SHARE) * spread
     wandering = (white < WHITE_SHARE * mean_square) & (coloured > np.maximum(large**2, form))
-    steps = step_noise(levels, fitted.problem.channels)
-    found = lawful | (wandering & (steps == 0.0))
-    above = mean_square - steps**2
-    if reference_fit is not None:  # which may have the same steps
-        held = reference_fit.rmse >= steps
-        above = mean_square - np.where(held, 0.0, steps**2) - (REFERENCE_RATIO * reference_fit.rmse) ** 2
+    stepped = fitted.task.steps > 0.0  # what is between two levels follows the motion and wanders
+    found = lawful | (wandering & ~stepped)
+    above = fitted.task.above_floor(mean_square, REFERENCE_RATIO)
+    if reference_fit is not None:
         found = (found & (above > 0.0)) | (above > np.maximum((least * spread) ** 2, form))
-    return found & ((steps == 0.0) | (above > 0.0))
+    return found & (~stepped | (above > 0.0))
 
 
 def _predictable(fitted: Fitted) -> FloatArray:

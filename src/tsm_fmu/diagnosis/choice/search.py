@@ -45,12 +45,23 @@ class Search:
     progress: Callable[[str], None]
 
     def hypotheses(self) -> list[Hypothesis]:
-        """The baseline with its nuisance parameters, each of the best candidates, pairs and triples of them."""
-        start = self.baselines.with_nuisances
-        found, singles, base = [start], [], start
-        for _ in range(MOST_EFFECTS):
+        """The baseline with its nuisance parameters, each of the best candidates, pairs and triples of them.
+
+        Where what hides behind a nuisance effect leaves less in its place, the search goes on from there.
+        """
+        found = self._from(self.baselines.with_nuisances)
+        instead = self._in_place_of_nuisances(found)
+        best = leading(instead) if instead else None
+        if best is None or log_residual(best) >= log_residual(leading(found)):
+            return [*found, *instead]
+        return [*found, *(h for h in instead if h is not best), *self._from(best)]
+
+    def _from(self, start: Hypothesis) -> list[Hypothesis]:
+        """A hypothesis, and with one effect after another beside it."""
+        found, singles, base = [start], list[Hypothesis](), start
+        for _ in range(MOST_EFFECTS - len(start.added)):
             screened, starts = self._screened(base)
-            reference = self.baselines.reference if base is start else None
+            reference = self.baselines.reference if not base.added else None
             more = refit_candidates(base, screened, self.holdout, reference, starts, self.progress)
             if not more:
                 break
@@ -66,7 +77,7 @@ class Search:
             singles, base = singles or more, best
             if self._enough(found, base):
                 break
-        return [*found, *self._in_place_of_nuisances(found)]
+        return found
 
     def _screened(self, base: Hypothesis) -> tuple[list[Screened], Mapping[str, Start]]:
         """Candidates to refit beside a hypothesis, best first, and a second place to start each from.
@@ -148,9 +159,7 @@ class Search:
             return True  # the last one did not help
         # nothing is left to explain, and nothing explained by what is rather a nuisance
         before = self.baselines
-        left = open_channels(
-            winner, refitted.fitted, before.reference, before.levels, least_of_further(winner), form_share=0.0
-        )
+        left = open_channels(winner, refitted.fitted, before.reference, least_of_further(winner), form_share=0.0)
         return not winner.has_large_nuisance and not left.any()
 
 

@@ -75,7 +75,7 @@ def select(
         by_effects = {h.added: h for h in judged}
         found = [by_effects.get(h.added, h) for h in found]
     choice = choice_of(judged, baselines.refitted)
-    floors = floors_of(choice, baselines.refitted, baselines.reference, baselines.levels)
+    floors = floors_of(choice, baselines.refitted, baselines.reference)
     if floors.open_.any() and not floors.unexplained.any():
         progress("patches")
         fewer = without_patches(choice, found, floors.open_, holdout)

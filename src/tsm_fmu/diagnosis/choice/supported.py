@@ -121,8 +121,8 @@ def dominated(one: Hypothesis, other: Hypothesis) -> bool:
     """Whether another hypothesis leaves no more with fewer parameters, but for what noise and rounding make of it.
 
     Of two effects that hide behind each other the number of parameters does not tell which is there, unless the other
-    leaves much less, but for one that needs a value for each run: what is constant in a run and differs between them it
-    could always make.
+    leaves much less, but for one that needs a value for each run and leaves no less on measured and on held-out runs:
+    what is constant in a run and differs between them it could always make.
     """
     surplus = one.parameter_count - other.parameter_count
     if surplus <= 0:
@@ -133,7 +133,10 @@ def dominated(one: Hypothesis, other: Hypothesis) -> bool:
     bent = 0.5 * PARAMETER_RATIO * surplus  # sure to be no more than the law bending to the form of the model
     margins = [CONVERGED_SHARE + DIFFERENCE_DEVIANCE / effective + bent for *_, effective in pairs]
     as_little = all((theirs <= mine * (1.0 + m)).all() for (mine, theirs, _), m in zip(pairs, margins, strict=True))
-    hides = any(looks_like(spec, other.effects) for spec in one.effects) and one.values_of_runs <= other.values_of_runs
+    leaves_less = all((mine * (1.0 + CONVERGED_SHARE) < theirs).any() for mine, theirs, _ in pairs)
+    hides = any(looks_like(spec, other.effects) for spec in one.effects) and (
+        one.values_of_runs <= other.values_of_runs or leaves_less
+    )
     much_less = all((theirs < MUCH_LESS_RATIO * mine).any() for mine, theirs, _ in pairs)
     return as_little and (much_less or not hides)
 
@@ -240,27 +243,30 @@ def _within_allowance(
     nearly_explained = _nearly_explained(one, best)
     task, surplus = best.fitted.task, best.parameter_count - one.parameter_count
     limit = np.square(least_of_further(one) if fewer else FIT_SPREAD_SHARE) * spread
-    if fewer and not task.reference_removal:  # what is between two levels of a converter is no effect
-        limit = np.maximum(limit, (REFERENCE_RATIO * task.discrepancy) ** 2)
     parameters = 0.0 if fewer else PARAMETER_RATIO * max(surplus, 0)
     form = np.where(nearly_explained, 0.0, LAW_FORM_SHARE)
     pairs = [(one.measured, best.measured, baseline, best.effective)]
     if one.held_out is not None and best.held_out is not None and baseline_held_out is not None:
         pairs.append((one.held_out, best.held_out, baseline_held_out, best.effective_held_out))
     free = best.values_of_runs > one.values_of_runs
+    # other motions than theirs may show less of the form of the model: what halves that on all runs is no form of it
+    much_less = np.all([least < MUCH_LESS_RATIO * mine for mine, least, *_ in pairs], axis=0) & (len(pairs) > 1)
+    steps = task.steps**2  # what is less explains what is between two levels, and no motion does
     worse, better, gains = [], [], []
     for mine, least, before, effective in pairs:
+        mine, least = np.maximum(mine, steps), np.maximum(least, steps)
         removed = np.maximum(before - np.minimum(mine, least), 0.0)
         margin = limit + form * removed + DIFFERENCE_DEVIANCE * np.minimum(mine, least) / effective
         beyond = mine - least > margin + parameters * least
         # of two that leave no more than the model does on reference runs neither is the better one, and what leaves
         # little more than that has nothing to explain
         ratio = REFERENCE_RATIO * bool(task.reference_removal) if fewer else 1.0
-        worse.append(beyond & (mine > (ratio * task.discrepancy) ** 2))
+        worse.append(beyond & (much_less | (task.above_floor(mine, ratio) > 0.0)))
         better.append((least - mine > margin) & (not fewer))
-        gains.append(np.log(np.maximum(mine, 1e-300) / np.maximum(least, 1e-300)))
-    # a value for each run can stand for whatever differs between runs: such a law must be better on all of them
-    counts = np.all(worse, axis=0) if free else np.any(worse, axis=0)
+        gains.append(np.log(np.maximum(mine - steps, 1e-300) / np.maximum(least - steps, 1e-300)))
+    counts = np.any(worse, axis=0)
+    if free:  # a value for each run can stand for whatever differs between runs
+        counts = np.all(worse, axis=0) | (worse[-1] & nearly_removed(pairs[-1][0], pairs[-1][1]) & (len(pairs) > 1))
     # measured and held-out runs that say the opposite tell nothing apart
     counts &= ~np.any(better, axis=0)
     if fewer:  # of what is left with it, a surplus effect must explain a notable part: less may mend the model's form

@@ -347,8 +347,8 @@ def significant_nuisances(
     """
     found = {}
     of_effects = LAW_FORM_SHARE * np.maximum(fitted.task.gap**2 - fitted.rmse**2, 0.0)
-    form = np.sqrt(np.maximum(fitted.task.discrepancy**2, of_effects))
-    least = np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, form)
+    form = np.maximum(fitted.task.discrepancy, np.sqrt(of_effects))
+    least = np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, np.maximum(form, fitted.task.steps))
     for spec in fitted.effects:
         if sizes_as(effect_of(spec), "per run") and spec not in fitted.released:
             continue  # the zeros of runs: only one that moves within a run is an effect

@@ -182,8 +182,10 @@ class Task:
     pooling : mapping of str to float
         As `Problem.pooling`, by public name; see `nuisance.with_pooled_offsets`.
     discrepancy : ndarray, shape (channels,)
-        Model discrepancy: gap of the refitted model on reference runs [RMS], or the noise of a channel's steps if that
-        is more; zero without either. An effect that removes no more than that corrects the form of the model.
+        Model discrepancy: gap of the refitted model on reference runs [RMS]; zero without any. An effect that removes
+        no more than that corrects the form of the model.
+    steps : ndarray, shape (channels,)
+        What the steps of a channel's converter make [RMS]; zero where it has none that matter.
     gap : ndarray, shape (channels,)
         What the refitted baseline leaves [RMS]; zero until it is known.
     reference_removal : mapping of str to ndarray, shape (channels,)
@@ -202,6 +204,7 @@ class Task:
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     pooling: Mapping[str, float] = field(default_factory=dict)
     discrepancy: FloatArray = field(default_factory=lambda: np.zeros(1))
+    steps: FloatArray = field(default_factory=lambda: np.zeros(1))
     gap: FloatArray = field(default_factory=lambda: np.zeros(1))
     reference_removal: Mapping[str, FloatArray] = field(default_factory=dict)
     drives: tuple[Drive, ...] = ()
@@ -209,6 +212,11 @@ class Task:
     def kernel(self, effects: Sequence[str]) -> Kernel:
         """The model with effects, with the inputs of the runs."""
         return chain(self.model, tuple(effects), self.drives)
+
+    def above_floor(self, mean_square: FloatArray, ratio: float) -> FloatArray:
+        """What is left of a mean square beside the steps of a converter and so many times the discrepancy."""
+        held = self.discrepancy >= self.steps  # what leaves as much on reference runs as the steps make has these there
+        return mean_square - np.where(held, 0.0, self.steps**2) - (ratio * self.discrepancy) ** 2
 
     def limited(self, limits: Mapping[str, tuple[float, float]]) -> Task:
         """A copy with narrower bounds of some parameters, by public name."""

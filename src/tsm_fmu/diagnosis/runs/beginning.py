@@ -1,17 +1,20 @@
-"""The beginning of a run: what the rig did before it is not in the log, and friction remembers it.
+"""The beginning of a run and the end of a gap: what the rig did before is not in the log, and friction remembers it.
 
 A presliding state forgets where it began as exp(-travel / x_pre), whatever its law. Until the drive has moved by a few
 presliding distances, its friction belongs to that unknown past; a run whose friction is measured is compared from there
-on, and simulated from its first sample.
+on, and simulated from its first sample. A gap of the log is such a past too, unless it is of a few rows.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from ...kernels.arrays import FloatArray
 from ...kernels.kernel import Kernel, kernel
+from ...logs.differentiate import after_gaps
 from ...regression.problem import FitRun
 from ..criteria import FORGOTTEN_STROKE_SHARE, LEFT_OUT_SHARE
 from .motion_signals import position_of
@@ -29,11 +32,36 @@ def compared_after_start(model: Kernel, run: FitRun, channels: Sequence[str]) ->
     """
     if not model.motion or not friction_channels(model) & set(channels):
         return run
-    x = position_of(model, run.time, run.inputs)
-    low, high = np.quantile(x, [0.05, 0.95])
-    moved = np.maximum.accumulate(x) - np.minimum.accumulate(x)
-    first = int(np.searchsorted(moved, FORGOTTEN_STROKE_SHARE * (high - low)))
+    first = _forgotten(position_of(model, run.time, run.inputs), 0)
     return run.compared_from(min(first, int(LEFT_OUT_SHARE * run.time.size)))
+
+
+def compared_after_gaps(model: Kernel, run: FitRun) -> FitRun:
+    """The run, not compared from a gap until the drive has forgotten what it did there.
+
+    Parameters
+    ----------
+    model : Kernel
+    run : FitRun
+        From its first sample.
+    """
+    begins = after_gaps(run.time)
+    if not model.motion or not begins.size:
+        return run
+    x, unknown = position_of(model, run.time, run.inputs), np.zeros(run.time.size, bool)
+    for begin in begins:
+        unknown[begin : _forgotten(x, int(begin))] = True
+    unknown &= unknown.mean() <= LEFT_OUT_SHARE  # else there is nothing to compare
+    found = np.repeat(unknown[:, None], run.targets.shape[1], axis=1)
+    return replace(run, unresolved=found | run.unresolved if run.unresolved.size else found)
+
+
+def _forgotten(x: FloatArray, since: int) -> int:
+    """The sample at which a drive has moved by enough of its stroke since another one; their number if it never has."""
+    low, high = np.quantile(x, [0.05, 0.95])
+    after = x[since:]
+    moved = np.maximum.accumulate(after) - np.minimum.accumulate(after)
+    return since + int(np.searchsorted(moved, FORGOTTEN_STROKE_SHARE * (high - low)))
 
 
 def friction_channels(model: Kernel) -> set[str]:

@@ -12,9 +12,11 @@ from ...kernels.kernel import Kernel
 from ...logs.record import Record
 from ...regression.problem import FitRun
 from ...regression.specification import fit_run, measured_channels
-from .beginning import compared_after_start
+from ..fits.refit import Fitted
+from .beginning import compared_after_gaps, compared_after_start
 from .displacement import position_notes, with_position_between_steps
 from .drivers import with_drives
+from .elsewhere import Elsewhere, compared_where_known, elsewhere
 from .motion_signals import coordinates_of
 from .unresolved import without_unresolved
 
@@ -30,6 +32,8 @@ class PreparedRuns:
     channels : tuple of str
         Measured outputs.
     measured, reference, holdout : tuple of FitRun
+    others : tuple of Elsewhere or None
+        Of each of these runs in turn, how else it may have moved.
     notes : tuple of str
         What a user should know of it.
     """
@@ -39,12 +43,22 @@ class PreparedRuns:
     measured: tuple[FitRun, ...]
     reference: tuple[FitRun, ...]
     holdout: tuple[FitRun, ...]
+    others: tuple[Elsewhere | None, ...]
     notes: tuple[str, ...]
 
     @property
     def effects(self) -> tuple[str, ...]:
         """Effects that the model has already, as ``id`` or ``id@channel``."""
         return tuple(getattr(self.model.module, "EFFECTS", ()))
+
+    def compared_where_known(self, fitted: Fitted) -> PreparedRuns:
+        """Without the values that a model tells apart for motions with the same readings."""
+        every = (*self.measured, *self.reference, *self.holdout)
+        known = compared_where_known(self.model, every, self.others, fitted)
+        ends = len(self.measured), len(self.measured) + len(self.reference)
+        return replace(
+            self, measured=known[: ends[0]], reference=known[ends[0] : ends[1]], holdout=known[ends[1] :]
+        )  # fmt: skip
 
     @property
     def stroke(self) -> float:
@@ -67,18 +81,17 @@ def prepared(
     channels = measured_channels(model, records)
     model, notes = with_drives(model, records, channels, drive)
 
-    def as_read(group: Sequence[Record]) -> list[FitRun]:
-        whole = (_repaired(fit_run(model, record, channels, cutoff)) for record in group)
-        return [without_unresolved(model, run, channels) for run in whole]
+    def as_read(record: Record) -> FitRun:
+        return without_unresolved(model, _repaired(fit_run(model, record, channels, cutoff)), channels)
 
-    def compared_runs(group: Sequence[FitRun]) -> tuple[FitRun, ...]:
-        between = (with_position_between_steps(model, run) for run in group)
-        return tuple(compared_after_start(model, run, channels) for run in between)
-
-    read = as_read(measured)
+    read = [as_read(record) for record in records]
+    used = [with_position_between_steps(model, run) for run in read]
+    compared = [compared_after_start(model, compared_after_gaps(model, run), channels) for run in used]
+    ends = len(measured), len(measured) + len(reference)
     return PreparedRuns(
-        model, tuple(channels), compared_runs(read), compared_runs(as_read(reference)), compared_runs(as_read(holdout)),
-        (*notes, *_spike_notes(records, channels), *position_notes(model, read)),
+        model, tuple(channels), tuple(compared[: ends[0]]), tuple(compared[ends[0] : ends[1]]),
+        tuple(compared[ends[1] :]), tuple(elsewhere(model, one, moved) for one, moved in zip(read, used, strict=True)),
+        (*notes, *_spike_notes(records, channels), *position_notes(model, read[: ends[0]])),
     )  # fmt: skip
 
 

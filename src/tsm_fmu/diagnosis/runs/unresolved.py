@@ -47,8 +47,8 @@ def without_unresolved(model: Kernel, run: FitRun, channels: Sequence[str]) -> F
     for c, channel in enumerate(channels):
         if channel in frictional:
             found[:, c] = unresolved(x, run.targets[:, c])
-    found |= run.unresolved if run.unresolved.size else False
     found &= found.mean(axis=0) <= UNRESOLVED_MOST_SHARE  # a log that resolves nothing is compared as it is
+    found |= run.unresolved if run.unresolved.size else False
     return replace(run, unresolved=found) if found.any() else replace(run, unresolved=np.empty((0, 0), bool))
 
 
