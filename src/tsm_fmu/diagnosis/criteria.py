@@ -295,6 +295,10 @@ CONTRADICTING_SHARE = 0.6
 """Where laws of a family predict this part of a residual, and those of the families of an answer less than half of
 that, the answer is none: its law bends to one of another kind."""
 
+SLOW_CLOCK_SHARE = 0.25
+"""A delay that grows with time must predict this part of what a constant one leaves to say that a clock runs slow; of
+constant lags it predicts next to nothing."""
+
 LITTLE_SPREAD_SHARE = 0.003
 """Where no effect is missing a family is said of what is left if its laws predict more than this: the form of the
 model, of use to who improves it."""
