@@ -243,6 +243,8 @@ def _within_allowance(
     nearly_explained = _nearly_explained(one, best)
     task, surplus = best.fitted.task, best.parameter_count - one.parameter_count
     limit = np.square(least_of_further(one) if fewer else FIT_SPREAD_SHARE) * spread
+    if fewer:  # a converter that truncates makes more than one that rounds, and some of that follows the motion
+        limit = np.maximum(limit, (REFERENCE_RATIO * task.steps) ** 2)
     parameters = 0.0 if fewer else PARAMETER_RATIO * max(surplus, 0)
     form = np.where(nearly_explained, 0.0, LAW_FORM_SHARE)
     pairs = [(one.measured, best.measured, baseline, best.effective)]
@@ -251,10 +253,8 @@ def _within_allowance(
     free = best.values_of_runs > one.values_of_runs
     # other motions than theirs may show less of the form of the model: what halves that on all runs is no form of it
     much_less = np.all([least < MUCH_LESS_RATIO * mine for mine, least, *_ in pairs], axis=0) & (len(pairs) > 1)
-    steps = task.steps**2  # what is less explains what is between two levels, and no motion does
     worse, better, gains = [], [], []
     for mine, least, before, effective in pairs:
-        mine, least = np.maximum(mine, steps), np.maximum(least, steps)
         removed = np.maximum(before - np.minimum(mine, least), 0.0)
         margin = limit + form * removed + DIFFERENCE_DEVIANCE * np.minimum(mine, least) / effective
         beyond = mine - least > margin + parameters * least
@@ -263,7 +263,7 @@ def _within_allowance(
         ratio = REFERENCE_RATIO * bool(task.reference_removal) if fewer else 1.0
         worse.append(beyond & (much_less | (task.above_floor(mine, ratio) > 0.0)))
         better.append((least - mine > margin) & (not fewer))
-        gains.append(np.log(np.maximum(mine - steps, 1e-300) / np.maximum(least - steps, 1e-300)))
+        gains.append(np.log(np.maximum(mine, 1e-300) / np.maximum(least, 1e-300)))
     counts = np.any(worse, axis=0)
     if free:  # a value for each run can stand for whatever differs between runs
         counts = np.all(worse, axis=0) | (worse[-1] & nearly_removed(pairs[-1][0], pairs[-1][1]) & (len(pairs) > 1))
