@@ -106,7 +106,11 @@ def test_what_is_not_compared_is_said_and_no_error_of_an_fmu_either():
     )
     share = 100.0 * run.unresolved[:, 1].mean()
     (said,) = unresolved_notes([run], ("x_out", "tau_in"))
-    assert said.startswith(f"{share:.2g} % of the samples of tau_in are reversals that these samples")
+    assert said.startswith(f"{share:.2g} % of the samples of tau_in are reversals, or rests after them, that these")
+    assert "a gap" not in said
+    lost = np.delete(np.arange(time.size), slice(300, 340))
+    (said,) = unresolved_notes([run.only(np.isin(np.arange(time.size), lost))], ("x_out", "tau_in"))
+    assert "do not resolve, or follow a gap of the log: they are simulated" in said
     assert list(unresolved_notes([FitRun("r", time, run.inputs, run.targets)], ("x_out", "tau_in"))) == []
     record = SimpleNamespace()
     one = RunComparison(record, time, run.targets, {}, x, {}, run.unresolved)

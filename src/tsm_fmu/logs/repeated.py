@@ -9,7 +9,7 @@ import numpy as np
 from ..kernels.arrays import FloatArray
 from .record import Record
 
-__all__ = ["repeated_rows", "without_repeated_rows"]
+__all__ = ["repeated_note", "repeated_rows", "without_repeated_rows"]
 
 _BESIDE = 5  # samples on either side whose steps are the usual ones there
 _FEWEST = 2  # rows: one is next to no gap
@@ -51,3 +51,12 @@ def without_repeated_rows(record: Record) -> Record:
     """The record without them: a gap of the clock, which says what it is."""
     found = repeated_rows(record)
     return record.without([k for first, last in found for k in range(first, last + 1)]) if found else record
+
+
+def repeated_note(record: Record) -> tuple[str, ...]:
+    """What a user should know of rows that a fit leaves out, one sentence; nothing where there are none."""
+    found = repeated_rows(record)
+    if not found:
+        return ()
+    rows = ", ".join(f"{record.row(first)} to {record.row(last)}" for first, last in found)
+    return (f"{record.name}: rows {rows} repeat the one before them in every column and are left out",)

@@ -16,6 +16,7 @@ from scipy.ndimage import binary_dilation
 
 from ...kernels.arrays import FloatArray
 from ...kernels.kernel import Kernel
+from ...logs.differentiate import after_gaps
 from ...logs.quantisation import quantisation_step
 from ...regression.problem import FitRun
 from ...regression.residuals import white_noise
@@ -79,11 +80,12 @@ def unresolved(x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
 
 def unresolved_notes(runs: Sequence[FitRun], channels: Sequence[str]) -> Iterator[str]:
     """What a user should know of it, a sentence for each channel that has such values."""
+    gap = ", or follow a gap of the log" if any(after_gaps(run.with_lead[0]).size for run in runs) else ""
     for c, channel in enumerate(channels):
         count = sum(int(run.unresolved[:, c].sum()) for run in runs if run.unresolved.size)
         if count:
             share = 100.0 * count / sum(run.time.size for run in runs)
             yield (
-                f"{share:.2g} % of the samples of {channel} are reversals that these samples, or the steps of the "
-                "position, do not resolve: they are simulated and not compared"
+                f"{share:.2g} % of the samples of {channel} are reversals, or rests after them, that these samples or "
+                f"the steps of the position do not resolve{gap}: they are simulated and not compared"
             )
