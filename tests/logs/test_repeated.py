@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import tsm_fmu as tsm
 from tsm_fmu.checking import check_record
 from tsm_fmu.logs.record import Record
 from tsm_fmu.logs.repeated import repeated_rows, without_repeated_rows
@@ -73,3 +74,21 @@ def test_the_check_says_it_and_no_jump_beside_it() -> None:
     assert one.rows == (1315, 1331)
     assert f"from {1313 / RATE:.3f} to {1329 / RATE:.3f} s (rows 1315 to 1331)" in one.text
     assert not [f for f in found if f.kind in ("jump", "glitch", "disturbance")]
+
+
+def test_fits_and_diagnoses_leave_them_out_and_say_so() -> None:
+    """By the rows of the file; what is left is compared."""
+    clean = log(noise=0.001)
+    clean["x_out"] = 0.93 * clean["x_in"] + 0.021 + 0.001 * np.random.default_rng(59).standard_normal(4000)
+    columns = {name: clean[name] for name in ("x_in", "x_out")}
+    time = np.arange(4000) / RATE
+    units = {"x_in": "rad", "x_out": "rad"}
+    whole, marred = (Record("r", time, one, units) for one in (columns, frozen(columns, (700, 708), (1313, 1353))))
+    fits = [tsm.identify("PairedTsmBacklash", [one]) for one in (whole, marred)]
+    said = "r: rows 702 to 710, 1315 to 1355 repeat the one before them in every column and are left out"
+    assert said in fits[1].notes
+    assert not any("repeat" in note for note in fits[0].notes)
+    assert [one.records[0].time.size for one in fits] == [4000, 4000 - 50]
+    assert [one.runs[0].targets.shape[0] for one in fits] == [4000, 4000 - 50]
+    found = tsm.diagnose("PairedTsmBacklash", [marred])
+    assert said in found.notes

@@ -9,12 +9,11 @@ from functools import cache
 import numpy as np
 
 from ..card import ModelCard, RecordUsed
-from ..checking import check_repeated
 from ..effects import EFFECTS, id_of
 from ..kernels.arrays import FloatArray
 from ..kernels.kernel import Kernel
 from ..logs.record import Record
-from ..logs.repeated import without_repeated_rows
+from ..logs.repeated import repeated_note, without_repeated_rows
 from ..models.contract import InputError
 from ..regression.held_out import SETTLING
 from ..regression.problem import FitRun
@@ -150,9 +149,9 @@ def diagnose(
     DiagnosisInterrupted
         Ctrl-C after the model was refitted.
     """
-    repeated = [f"{r.name}: {f.text}" for r in (*measured, *holdout, *reference) for f in check_repeated(r)]
-    given = [without_repeated_rows(record) for record in (*measured, *holdout, *reference)]
-    every, said = with_speeds_of_position(model, given, cutoff)
+    given = [*measured, *holdout, *reference]
+    repeated = [note for record in given for note in repeated_note(record)]
+    every, said = with_speeds_of_position(model, [without_repeated_rows(record) for record in given], cutoff)
     if not said:  # a position that stands has no noise
         every, said = with_quiet_rests(model, every)
     ends = len(measured), len(measured) + len(holdout)

@@ -47,7 +47,7 @@ class FitRun:
     lead_time, lead_inputs : ndarray, shape (m,) and (m, number of kernel inputs)
         The lead, samples before these: simulated, but not compared.
     derived : tuple of str
-        One sentence for each input that the record does not hold itself, and for rows that are left out.
+        One sentence for each input that the record does not hold itself.
     unresolved : ndarray of bool, shape (n, number of channels)
         Values that are not compared: there the simulation counts as measured. Empty where all are.
     """

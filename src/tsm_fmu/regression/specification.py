@@ -10,7 +10,6 @@ import numpy as np
 from ..card import ModelCard
 from ..kernels.kernel import Kernel
 from ..logs.record import Record, kernel_inputs
-from ..logs.repeated import repeated_note, without_repeated_rows
 from ..logs.samples import check_fitted
 from ..models.contract import InputError, flat, with_unit
 from .problem import FitRun
@@ -114,12 +113,11 @@ def measured_channels(model: Kernel, records: Sequence[Record]) -> tuple[str, ..
 
 
 def fit_run(model: Kernel, record: Record, channels: Sequence[str], cutoff: float | None = None) -> FitRun:
-    """The inputs and the measured channels of a record, without the rows that its logger wrote again."""
-    said, record = repeated_note(record), without_repeated_rows(record)
+    """The inputs and the measured channels of a record."""
     units = {v.name: v.quantity.unit for v in model.outputs}
     measured = {name: record.require(name, units[name]) for name in channels}
     check_fitted(str(record.source or record.name), measured)
     targets = np.column_stack(list(measured.values()))
     found = kernel_inputs(record, model, cutoff)
     time, inputs, targets = (np.ascontiguousarray(a) for a in (record.time, found.values, targets))
-    return FitRun(record.name, time, inputs, targets, derived=(*said, *found.notes))
+    return FitRun(record.name, time, inputs, targets, derived=found.notes)
