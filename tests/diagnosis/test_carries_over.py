@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -50,8 +51,7 @@ def test_a_law_at_the_end_of_its_range_of_time_or_travel_is_another_one(
 @pytest.mark.parametrize(("theta_0", "expected"), [(0.066, "inertia"), (1.7, "breakaway_ageing")])
 def test_a_disguised_law_is_no_candidate_however_little_it_leaves(theta_0: float, expected: str) -> None:
     plain, other, sound = made("", 0.31), made("breakaway_ageing", 0.02), made("inertia", 0.09)
-    task: Any = other.fitted.task
-    task.limits = LIMITS
+    vars(other.fitted)["task"] = replace(other.fitted.task, limits=LIMITS)
     vars(other.fitted)["values"] = {"breakaway_ageing.theta_0": theta_0, "breakaway_ageing.L_0": 0.01}
     assert [h.effects for h in choice_of([plain, other, sound], plain).supported] == [(expected,)]
     assert choice_of([plain, other], plain).winner is (plain if expected == "inertia" else other)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tsm_fmu.diagnosis.fits.known import compared_where_known
 from tsm_fmu.diagnosis.fits.refit import Task, as_given
 from tsm_fmu.diagnosis.runs.displacement import with_speeds_of_position
 from tsm_fmu.diagnosis.runs.drivers import drives_of
@@ -73,7 +74,7 @@ def fitted(runs: PreparedRuns, stiffness: float = 1.0) -> Any:
 
 
 def left_out(runs: PreparedRuns, stiffness: float = 1.0) -> np.ndarray:
-    (run,) = runs.compared_where_known(fitted(runs, stiffness)).measured
+    (run,) = compared_where_known(runs, fitted(runs, stiffness)).measured
     return run.unresolved[:, 0] if run.unresolved.size else np.zeros(run.time.size, bool)
 
 

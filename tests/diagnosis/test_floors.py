@@ -45,8 +45,7 @@ def known(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def open_(fitted: Any, base: Any = None, reference: Any = None, steps: tuple[float, float] = (0.0, 0.0)) -> bool:
     """With steps of converters that make these parts of the spread of the two channels."""
-    there = np.zeros(2) if reference is None else reference.rmse
-    fitted.task = Task("", (), (), {}, discrepancy=there, steps=np.array(steps) * SPREAD)
+    fitted.task = Task("", (), (), {}, steps=np.array(steps) * SPREAD)
     first, second = open_channels(one(fitted), base or fitted, reference)
     assert not second
     return bool(first)

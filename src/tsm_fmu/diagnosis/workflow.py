@@ -41,6 +41,7 @@ from .criteria import (
     STRONGEST_RATIO,
 )
 from .evidence import Candidate, FamilyShare, Gap, Gate, NextMotion, RunComparison
+from .fits.known import compared_where_known
 from .fits.placing import not_applicable
 from .fits.ranges import level_ranges
 from .fits.refit import Fitted, Task, as_given
@@ -199,7 +200,7 @@ def _where_known(runs: PreparedRuns, task: Task, progress: Progress) -> tuple[Pr
     if not any(runs.others):
         return runs, task
     progress("what the steps of the position leave open")
-    runs = runs.compared_where_known(refitted_model(task, runs.effects))
+    runs = compared_where_known(runs, refitted_model(task, runs.effects))
     return runs, replace(task, runs=thinned_for_search(runs.model, runs.measured, runs.channels))
 
 

@@ -24,7 +24,7 @@ from ..criteria import (
     WANDERING_SPREAD_SHARE,
     WHITE_SHARE,
 )
-from ..fits.refit import Fitted
+from ..fits.refit import Fitted, above_floor
 from ..fits.response import places_of
 from ..residual.predictable import predictable_share
 from ..runs.motion_signals import coordinate_units
@@ -124,7 +124,8 @@ def open_channels(
     wandering = (white < WHITE_SHARE * mean_square) & (coloured > np.maximum(large**2, form))
     stepped = fitted.task.steps > 0.0  # what is between two levels follows the motion and wanders
     found = lawful | (wandering & ~stepped)
-    above = fitted.task.above_floor(mean_square, REFERENCE_RATIO)
+    there = np.zeros_like(mean_square) if reference_fit is None else REFERENCE_RATIO * reference_fit.rmse
+    above = above_floor(mean_square, fitted.task.steps, there)
     if reference_fit is not None:
         found = (found & (above > 0.0)) | (above > np.maximum((least * spread) ** 2, form))
     return found & (~stepped | (above > 0.0))

@@ -34,6 +34,7 @@ from ..criteria import (
     REFERENCE_RATIO,
 )
 from ..fits.nuisance import nearly_removed, refit_without
+from ..fits.refit import above_floor
 from .hypotheses import Hypothesis, find_significant_nuisances, with_fit
 
 
@@ -261,7 +262,7 @@ def _within_allowance(
         # of two that leave no more than the model does on reference runs neither is the better one, and what leaves
         # little more than that has nothing to explain
         ratio = REFERENCE_RATIO * bool(task.reference_removal) if fewer else 1.0
-        worse.append(beyond & (much_less | (task.above_floor(mine, ratio) > 0.0)))
+        worse.append(beyond & (much_less | (above_floor(mine, task.steps, ratio * task.discrepancy) > 0.0)))
         better.append((least - mine > margin) & (not fewer))
         gains.append(np.log(np.maximum(mine, 1e-300) / np.maximum(least, 1e-300)))
     counts = np.any(worse, axis=0)

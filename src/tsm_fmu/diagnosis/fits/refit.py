@@ -213,14 +213,17 @@ class Task:
         """The model with effects, with the inputs of the runs."""
         return chain(self.model, tuple(effects), self.drives)
 
-    def above_floor(self, mean_square: FloatArray, ratio: float) -> FloatArray:
-        """What is left of a mean square beside the steps of a converter and so many times the discrepancy."""
-        held = self.discrepancy >= self.steps  # what leaves as much on reference runs as the steps make has these there
-        return mean_square - np.where(held, 0.0, self.steps**2) - (ratio * self.discrepancy) ** 2
-
     def limited(self, limits: Mapping[str, tuple[float, float]]) -> Task:
         """A copy with narrower bounds of some parameters, by public name."""
         return replace(self, limits={**self.limits, **limits})
+
+
+def above_floor(mean_square: FloatArray, steps: FloatArray, discrepancy: FloatArray) -> FloatArray:
+    """What is left of a mean square beside the steps of a converter and what a model leaves of its form, both RMS.
+
+    What leaves as much on reference runs as the steps make has these there.
+    """
+    return mean_square - np.where(discrepancy >= steps, 0.0, steps**2) - discrepancy**2
 
 
 def refit(

@@ -1,15 +1,14 @@
-"""Where else a drive may have been between the steps of its encoder, and which values of a run that leaves open.
+"""Where else a drive may have been between the steps of its encoder.
 
 A drive that turns within a step or two of its encoder, or comes back by less as it stops, has moved by an unknown part
 of a presliding distance. Its friction then stands anywhere on the way from one side to the other, until the drive has
 moved on: seconds, where it rests. The same readings allow a motion that turned as late as they allow and one that
-turned as early; where the model tells these apart, what it makes of the run is no statement on its law.
+turned as early.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,9 +16,7 @@ from ...kernels.arrays import FloatArray, IntArray
 from ...kernels.kernel import Kernel
 from ...logs.quantisation import quantisation_step
 from ...regression.problem import FitRun
-from ..criteria import LEFT_OUT_SHARE, LONG_STAY_RATIO, UNRESOLVED_SPREAD_SHARE
-from ..fits.refit import Fitted
-from .beginning import friction_channels
+from ..criteria import LONG_STAY_RATIO
 from .drivers import drives_of
 
 
@@ -91,40 +88,3 @@ def _stops(x: FloatArray, step: float) -> tuple[IntArray, FloatArray, FloatArray
     knots, kept = np.unique(np.stack([begin, end], axis=1).ravel(), return_index=True)
     reading, out = np.repeat(at[stops], 2)[kept], 0.5 * step * np.repeat(ways[stops - 1], 2)[kept]
     return knots, reading + out, reading - out
-
-
-def compared_where_known(
-    model: Kernel, runs: Sequence[FitRun], others: Sequence[Elsewhere | None], fitted: Fitted
-) -> tuple[FitRun, ...]:
-    """Runs without the values of friction channels that the model tells apart for motions with the same readings.
-
-    Parameters
-    ----------
-    model : Kernel
-        Whose friction it is.
-    runs : sequence of FitRun
-    others : sequence of Elsewhere or None
-        Of each.
-    fitted : Fitted
-        The model, with values near those of the rig.
-    """
-    frictional = np.isin(fitted.problem.channels, list(friction_channels(model)))
-    if not frictional.any():
-        return tuple(runs)
-    apart = np.where(frictional, np.sqrt(12.0) * UNRESOLVED_SPREAD_SHARE * fitted.spread, np.inf)  # evenly in between
-
-    def known(run: FitRun, other: Elsewhere | None) -> FitRun:
-        if other is None:
-            return run
-        found = np.abs(_simulated(run, other.late, fitted) - _simulated(run, other.early, fitted)) > apart
-        found &= found.mean(axis=0) <= LEFT_OUT_SHARE
-        found |= run.unresolved if run.unresolved.size else False
-        return replace(run, unresolved=found) if found.any() else run
-
-    return tuple(known(run, other) for run, other in zip(runs, others, strict=True))
-
-
-def _simulated(run: FitRun, inputs: FloatArray, fitted: Fitted) -> FloatArray:
-    lead = run.lead_time.size
-    moved = replace(run, inputs=inputs[lead:], lead_inputs=inputs[:lead], unresolved=np.empty((0, 0), bool))
-    return fitted.problem.with_runs([moved]).outputs(0, fitted.table[0])

@@ -12,11 +12,10 @@ from ...kernels.kernel import Kernel
 from ...logs.record import Record
 from ...regression.problem import FitRun
 from ...regression.specification import fit_run, measured_channels
-from ..fits.refit import Fitted
 from .beginning import compared_after_gaps, compared_after_start
 from .displacement import position_notes, with_position_between_steps
 from .drivers import with_drives
-from .elsewhere import Elsewhere, compared_where_known, elsewhere
+from .elsewhere import Elsewhere, elsewhere
 from .motion_signals import coordinates_of
 from .unresolved import without_unresolved
 
@@ -50,15 +49,6 @@ class PreparedRuns:
     def effects(self) -> tuple[str, ...]:
         """Effects that the model has already, as ``id`` or ``id@channel``."""
         return tuple(getattr(self.model.module, "EFFECTS", ()))
-
-    def compared_where_known(self, fitted: Fitted) -> PreparedRuns:
-        """Without the values that a model tells apart for motions with the same readings."""
-        every = (*self.measured, *self.reference, *self.holdout)
-        known = compared_where_known(self.model, every, self.others, fitted)
-        ends = len(self.measured), len(self.measured) + len(self.reference)
-        return replace(
-            self, measured=known[: ends[0]], reference=known[ends[0] : ends[1]], holdout=known[ends[1] :]
-        )  # fmt: skip
 
     @property
     def stroke(self) -> float:
