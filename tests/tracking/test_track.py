@@ -201,6 +201,20 @@ def test_davinci_runs_in_the_order_they_were_taken() -> None:
     assert tracked.value == pytest.approx(alone.parameters["c"], abs=0.1 * tracked.stderr)
 
 
+def test_davinci_runs_of_five_loads_in_turn_are_a_saw() -> None:
+    """All fifty: the load rises ten times and begins anew, and the zero with it."""
+    if not (DATA / "T4L4").is_dir():
+        pytest.skip(f"no davinci/T4L4 in {DATA.parent}: set TSM_FMU_DATA to the folder that contains davinci/")
+    runs = [thinned(tsm.read_record(DATA / "T4L4" / f"{k:02d}.csv.gz", start=2.5)) for k in range(50)]
+    model = tsm.identify("PairedTsmBacklash", runs[:2], single_start=True)
+    drift = of(tsm.track(model, runs, free=["c"]), "x_0").drift
+    assert drift is not None
+    assert drift.form == "trend and jump"
+    large = [jump for jump in drift.jumps if abs(jump.size) > 0.1]
+    assert [jump.between for jump in large] == [(9, 10), (19, 20), (29, 30), (39, 40)]
+    assert all(jump.size == pytest.approx(-10.0 * drift.slope, rel=0.15) for jump in large)
+
+
 def thinned(record: tsm.Record) -> tsm.Record:
     columns = {name: record.columns[name][::10] for name in ("x_in", "x_out")}
     return tsm.Record(record.name, record.time[::10], columns, {name: record.units[name] for name in columns})

@@ -11,8 +11,10 @@ Three tests for each value: a line against nothing (Student's t), a jump at any 
 place beside a line against the line. The latter two take the largest gain over all places of one jump, and over all
 pairs of places: a jump and its return hide each other from a search for one. The distribution of these without a jump
 is drawn (Gaussian, the same weights), not permuted: of ten runs, no permutation test finds a jump before the third,
-since one order in forty-five has it by chance. The p-values of all values together are adjusted for false discovery
-(Benjamini and Hochberg 1995). To jumps found further ones are added as long as the same test shows them beside those
+since one order in forty-five has it by chance. A saw of many teeth hides its slope and its jumps from all of these; its
+jumps stand out from the changes from run to run, whose median is the slope: three or more that do are tested by how
+many do so in the lives drawn. The p-values of all values together are adjusted for false discovery (Benjamini and
+Hochberg 1995). To jumps found further ones are added as long as the same test shows them beside those
 before, and each is moved to its best place given the others.
 Among the forms that a test allows the least BIC is taken; a bent curve is one of them, so that a curved trend is not
 called a jump.
@@ -29,7 +31,7 @@ import numpy as np
 from scipy.stats import false_discovery_control
 from scipy.stats import t as student
 
-from ..kernels.arrays import FloatArray
+from ..kernels.arrays import BoolArray, FloatArray
 
 Form = Literal["steady", "trend", "jump", "trend and jump"]
 Places = tuple[int, ...]
@@ -51,6 +53,10 @@ DRAWS = 9999
 """Lives without a jump drawn; the least p-value is two in so many and one."""
 PAIRED_PLACES = 50
 """Places at most of which pairs are searched; of longer lives every so-many-th."""
+TOOTH = 6.0
+"""Standard deviations, by their median, by which a change from run to run stands out from the others."""
+TEETH = 3
+"""So many at least: one or two jumps are searched for at all places."""
 LIKELY = 3.84
 """Places of a jump whose -2 log likelihood is less than this above the best are likely (95 % of chi-squared, 1)."""
 
@@ -231,8 +237,9 @@ def _fit(y: FloatArray, x: FloatArray, weights: Any) -> Any:
 def _found(y: FloatArray, weights: FloatArray, draws: FloatArray, *, line: bool) -> tuple[float, Places]:
     """p-value of the first jump, or of two, and the places of it and of all that the same test adds."""
     n = y.size
-    at: Places = ()
-    p_first = 1.0
+    p_first, at = _teeth(y, weights, draws) if line else (1.0, ())
+    if at:
+        at = _moved(y, weights, at, line)
     while n > 3 + line + EITHER_SIDE * len(at):  # runs enough for one jump more
         p, added = _scan(y, _design(n, line=line, at=at), weights, draws, at)
         if not at:
@@ -243,6 +250,23 @@ def _found(y: FloatArray, weights: FloatArray, draws: FloatArray, *, line: bool)
             break
         at = _moved(y, weights, tuple(sorted((*at, *added))), line)
     return p_first, at
+
+
+def _teeth(y: FloatArray, weights: FloatArray, draws: FloatArray) -> tuple[float, Places]:
+    """p-value and places of the jumps of a saw; none where no three stand out from the changes from run to run."""
+
+    def standing_out(samples: FloatArray) -> BoolArray:
+        change = np.diff(samples, axis=1)
+        off = np.abs(change - np.median(change, axis=1, keepdims=True))
+        return off > TOOTH * 1.4826 * np.median(off, axis=1, keepdims=True)
+
+    at: Places = tuple((np.flatnonzero(standing_out(y[None, :])[0]) + 1).tolist())
+    free = _free_places(y.size, ())
+    if len(at) < TEETH or not set(at) <= set(free) or min(np.diff(at)) < BETWEEN:
+        return 1.0, ()
+    by_chance = standing_out(draws / np.sqrt(weights)).sum(axis=1)
+    p = (1 + int(np.sum(by_chance >= len(at)))) / (1 + len(draws))
+    return (p, at) if p < LEVEL else (1.0, ())
 
 
 def _scan(y: FloatArray, base: FloatArray, weights: FloatArray, draws: FloatArray, at: Places) -> tuple[float, Places]:
