@@ -18,7 +18,7 @@ from ..models.contract import InputError
 from ..regression.held_out import SETTLING
 from ..regression.problem import FitRun
 from .answer.candidates import candidates_of, rows_of, steps_of
-from .answer.clock import clock_notes, lags_of_slow_clocks
+from .answer.clock import clock_notes, clock_runs_slow
 from .answer.family import contradicted, families_of, family_evidence, not_little
 from .answer.gaps import errors_of, gaps
 from .answer.improvement import improvement_of
@@ -257,7 +257,7 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
         result = select(hypotheses, fitted, holdout, progress)
         progress("families")
         evidence = family_evidence(result.baselines.refitted.fitted, runs.measured)
-        if contradicted(result.choice, result.baselines.refitted, evidence) or lags_of_slow_clocks(result.choice):
+        if contradicted(result.choice, result.baselines.refitted, evidence) or clock_runs_slow(result.choice):
             result = without_names(result)
         hidden, inapplicable = _not_excited(runs, result)
         tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]
@@ -317,7 +317,7 @@ def _described(
         runs=_comparisons(found, measured), compared_from=_compared_from(runs), motion=runs.model.motion,
         motion_unit=coordinate_units(runs.model)[0],
         notes=(
-            *bounds, *verdict.notes, *clock_notes(verdict.final), *runs.notes,
+            *bounds, *verdict.notes, *clock_notes(found.selection.choice.winner.fitted), *runs.notes,
             *beginning_note([*runs.measured, *runs.holdout]),
             *unresolved_notes([*runs.measured, *runs.holdout], runs.channels),
         ),

@@ -7,16 +7,18 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...effects import about, effect_of, place_of
+from ...kernels.arrays import FloatArray
 from ...kernels.kernel import Kernel
 from ..choice.supported import Choice
-from ..criteria import CLEAN_EFFECT_SPREAD_SHARE, SLOW_CLOCK_SHARE
+from ..criteria import CLEAN_EFFECT_SPREAD_SHARE, MUCH_LESS_RATIO, SLOW_CLOCK_SHARE
 from ..fits.refit import Fitted
 
 
 def slow_clocks(fitted: Fitted) -> dict[str, float]:
     """By channel, by how much later it comes in each second [s/s], below zero for earlier.
 
-    Of what a constant delay leaves, one that grows with the time of a run predicts a notable part.
+    Of what a constant delay and a constant lost motion leave, a delay that grows with the time of a run predicts a
+    notable part, and leaves less than half of what a lost motion that grows leaves.
 
     Parameters
     ----------
@@ -29,21 +31,27 @@ def slow_clocks(fitted: Fitted) -> dict[str, float]:
             time, _ = run.with_lead
             speed = np.gradient(run.targets[:, c] - residual[:, c], run.time)
             speed[residual[:, c] == 0.0] = 0.0  # not compared
-            columns.append(np.stack([speed, (run.time - time[0]) * speed], axis=1))
+            way, since = np.sign(speed), run.time - time[0]
+            columns.append(np.stack([speed, way, since * speed, since * way], axis=1))
             left.append(residual[:, c])
-        both, y = np.concatenate(columns), np.concatenate(left)
-        constant = y - both[:, 0] * (both[:, 0] @ y / max(both[:, 0] @ both[:, 0], 1e-300))
-        rates = np.linalg.lstsq(both, y)[0]
-        gained = np.mean(constant**2) - np.mean((y - both @ rates) ** 2)
-        least = (CLEAN_EFFECT_SPREAD_SHARE * fitted.spread[c]) ** 2
-        if gained > max(SLOW_CLOCK_SHARE * float(np.mean(constant**2)), least):
-            found[channel] = float(-rates[1])
+        every, y = np.concatenate(columns), np.concatenate(left)
+        constant, later, wider = (_left_by(every[:, kept], y) for kept in ([0, 1], [0, 1, 2], [0, 1, 3]))
+        least = max(SLOW_CLOCK_SHARE * constant, (CLEAN_EFFECT_SPREAD_SHARE * fitted.spread[c]) ** 2)
+        if constant - later > least and later < MUCH_LESS_RATIO * wider:
+            found[channel] = float(-np.linalg.lstsq(every[:, :3], y)[0][2])
     return found
 
 
-def lags_of_slow_clocks(choice: Choice) -> bool:
-    """Whether a lag of a channel is in the answer that grows with time."""
+def _left_by(columns: FloatArray, y: FloatArray) -> float:
+    """Mean square of a signal beside columns."""
+    return float(np.mean((y - columns @ np.linalg.lstsq(columns, y)[0]) ** 2))
+
+
+def clock_runs_slow(choice: Choice) -> bool:
+    """Whether a slow clock takes an answer away: it holds a lag of that channel, or no effect at all."""
     slow = slow_clocks(choice.winner.fitted)
+    if not choice.winner.effects:
+        return bool(slow)
     return any(
         place_of(spec)[1] in slow and about(spec).family == "sensor" and _takes_time(spec)
         for one in choice.supported for spec in one.effects
