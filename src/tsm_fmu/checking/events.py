@@ -121,8 +121,8 @@ def _recurs(x: FloatArray, event: Event, every: Sequence[Event], window: int) ->
     """Whether a channel moves about as fast as in an event in several other places; other jumps are none of these."""
     if event.kind == "glitch":
         return False
-    lasts = event.last - event.first + 1
-    lag = lasts if event.kind == "jump" else max(1, lasts // 2)
+    samples = event.last - event.first + 1
+    lag = samples if event.kind == "jump" else max(1, samples // 2)
     moved = np.abs(x[lag:] - x[:-lag])
     begins = slice(max(0, event.first - lag), event.last + 1)
     fast = moved >= moved[begins].max(initial=0.0) / MOVE_SPEED_RATIO
