@@ -115,7 +115,8 @@ def check_record(record: Record, cutoff: float | None = None) -> RunCheck:
         derivatives = speed_and_acceleration(driven, drive, cutoff)
         motion, coverage = motion_of(driven, drive, derivatives)
         turning = _turning(driven.columns[drive], derivatives[0], window)
-    drives = [name for name in record.columns if name == drive or name in speed_channels(record)]
+    speeds = speed_channels(record)
+    drives = [name for name in record.columns if name == drive or name in speeds]
     repeated = list(check_repeated(record))
     found += repeated
     found += [e for e in check_events(record, window, list(positions.names), turning, drives) if not _in(e, repeated)]

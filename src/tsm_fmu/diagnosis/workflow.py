@@ -13,7 +13,7 @@ from ..effects import EFFECTS, id_of
 from ..kernels.arrays import FloatArray
 from ..kernels.kernel import Kernel
 from ..logs.record import Record
-from ..logs.repeated import repeated_note, without_repeated_rows
+from ..logs.repeated import without_repeated_rows
 from ..models.contract import InputError
 from ..regression.held_out import SETTLING
 from ..regression.problem import FitRun
@@ -150,9 +150,8 @@ def diagnose(
     DiagnosisInterrupted
         Ctrl-C after the model was refitted.
     """
-    given = [*measured, *holdout, *reference]
-    repeated = [note for record in given for note in repeated_note(record)]
-    every, said = with_speeds_of_position(model, [without_repeated_rows(record) for record in given], cutoff)
+    given, repeated = without_repeated_rows([*measured, *holdout, *reference])
+    every, said = with_speeds_of_position(model, given, cutoff)
     if not said:  # a position that stands has no noise
         every, said = with_quiet_rests(model, every)
     ends = len(measured), len(measured) + len(holdout)

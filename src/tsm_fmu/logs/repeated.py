@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from ..kernels.arrays import FloatArray
 from .record import Record
 
-__all__ = ["repeated_note", "repeated_rows", "without_repeated_rows"]
+__all__ = ["repeated_rows", "without_repeated_rows"]
 
 _BESIDE = 5  # samples on either side whose steps are the usual ones there
 _FEWEST = 2  # rows: one is next to no gap
@@ -47,16 +48,19 @@ def _moved_on(steps: FloatArray, first: int, end: int) -> bool:
     return bool(((usual > 0.0).all(axis=0) & (steps[end] > times * usual.max(axis=0))).any())
 
 
-def without_repeated_rows(record: Record) -> Record:
-    """The record without them: a gap of the clock, which says what it is."""
-    found = repeated_rows(record)
-    return record.without([k for first, last in found for k in range(first, last + 1)]) if found else record
+def without_repeated_rows(records: Sequence[Record]) -> tuple[list[Record], list[str]]:
+    """Records without them, gaps of the clock instead, and what is said of it, a sentence for each such record.
 
-
-def repeated_note(record: Record) -> tuple[str, ...]:
-    """What a user should know of rows that a fit leaves out, one sentence; nothing where there are none."""
-    found = repeated_rows(record)
-    if not found:
-        return ()
-    rows = ", ".join(f"{record.row(first)} to {record.row(last)}" for first, last in found)
-    return (f"{record.name}: rows {rows} repeat the one before them in every column and are left out",)
+    Parameters
+    ----------
+    records : sequence of Record
+    """
+    kept, said = [], []
+    for record in records:
+        found = repeated_rows(record)
+        if found:
+            rows = ", ".join(f"{record.row(first)} to {record.row(last)}" for first, last in found)
+            said.append(f"{record.name}: rows {rows} repeat the one before them in every column and are left out")
+            record = record.without([k for first, last in found for k in range(first, last + 1)])
+        kept.append(record)
+    return kept, said

@@ -80,6 +80,11 @@ class FitRun:
         """Simulated channels, shape (n, channels), with the measured ones where they are not compared."""
         return np.where(self.unresolved, self.targets, y) if self.unresolved.size else y
 
+    def leaving_out(self, values: NDArray[np.bool_]) -> FitRun:
+        """A copy that does not compare these values either, shape (n, channels)."""
+        found = values | self.unresolved if self.unresolved.size else values
+        return replace(self, unresolved=found if found.any() else np.empty((0, 0), bool))
+
     def only(self, kept: NDArray[np.bool_]) -> FitRun:
         """A copy with some of the samples that are compared, shape (n,)."""
         unresolved = self.unresolved[kept] if self.unresolved.size else self.unresolved

@@ -15,7 +15,7 @@ from ..identification.result import as_json, model_card, run_outputs
 from ..logs.agreement import Agreement
 from ..logs.display import display
 from ..logs.record import Record, cutoff_note
-from ..logs.repeated import repeated_note, without_repeated_rows
+from ..logs.repeated import without_repeated_rows
 from ..models.contract import Variable
 from ..regression.problem import FitRun
 from ..regression.solver import Report
@@ -215,8 +215,7 @@ def identify(
     per_run = per_run_fields(kernel, shared, extended.per_run)
     space = search_space(kernel, resolved.preset or None, values, [*fixed, *extended.fixed], resolved.card, per_run)
     measured, held_out = grouped(runs, holdout)
-    given = [*measured, *held_out]
-    records = [without_repeated_rows(record) for record in given]
+    records, repeated = without_repeated_rows([*measured, *held_out])
     channels = measured_channels(kernel, records)
     fit_runs = [fit_run(kernel, record, channels, cutoff) for record in records]
     found = fit(
@@ -233,7 +232,6 @@ def identify(
     )
     inputs = [v.name for v in kernel.inputs]
     derived = dict.fromkeys(note for run in fit_runs for note in run.derived)
-    repeated = [note for record in given for note in repeated_note(record)]
     return IdentifyResult(
         found,
         model_card(found, resolved.preset, measured, held_out, extended.effects),

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ..logs.display import display
 from ..logs.plain_json import finite
 from ..logs.record import cutoff_note
-from ..logs.repeated import repeated_note, without_repeated_rows
+from ..logs.repeated import without_repeated_rows
 from ..logs.whole_file import check_folder, remove_earlier, write_whole
 from ..models.contract import InputError
 from ..regression.specification import fit_run, measured_channels, per_run_fields, search_space
@@ -215,9 +215,8 @@ def track(
     kernel = resolved.kernel
     per_run = per_run_fields(kernel)
     followed_names = _followed(resolved, free, per_run)
-    given = ordered(records_of(runs), by)
-    check_count(len(given))
-    records = [without_repeated_rows(record) for record in given]
+    records, repeated = without_repeated_rows(ordered(records_of(runs), by))
+    check_count(len(records))
     channels = measured_channels(kernel, records)
     fit_runs = [fit_run(kernel, record, channels, cutoff) for record in records]
     released = _released(resolved, free)
@@ -226,7 +225,6 @@ def track(
     offsets = [v.field for v in kernel.parameters if v.name in kernel.roles.offsets and space[v.field].free]
     tracked = tuple(v.name for v in kernel.parameters if v.field in fields)
     units = {v.name: v.quantity.unit for v in kernel.outputs if v.name in channels}
-    repeated = [note for record in given for note in repeated_note(record)]
     notes = dict.fromkeys([*repeated, *(note for run in fit_runs for note in run.derived)])
 
     def result_of(found: Sequence[TrackedRun]) -> TrackResult:

@@ -35,9 +35,7 @@ def compared_where_known(runs: PreparedRuns, fitted: Fitted) -> PreparedRuns:
         if other is None:
             return run
         found = np.abs(_simulated(run, other.late, fitted) - _simulated(run, other.early, fitted)) > apart
-        found &= found.mean(axis=0) <= LEFT_OUT_SHARE
-        found |= run.unresolved if run.unresolved.size else False
-        return replace(run, unresolved=found) if found.any() else run
+        return run.leaving_out(found & (found.mean(axis=0) <= LEFT_OUT_SHARE))
 
     every = (*runs.measured, *runs.reference, *runs.holdout)
     every = tuple(known(run, other) for run, other in zip(every, runs.others, strict=True))

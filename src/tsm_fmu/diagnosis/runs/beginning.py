@@ -8,7 +8,6 @@ on, and simulated from its first sample. A gap of the log is such a past too, un
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -52,8 +51,7 @@ def compared_after_gaps(model: Kernel, run: FitRun) -> FitRun:
     for begin in begins:
         unknown[begin : _forgotten(x, int(begin))] = True
     unknown &= unknown.mean() <= LEFT_OUT_SHARE  # else there is nothing to compare
-    found = np.repeat(unknown[:, None], run.targets.shape[1], axis=1)
-    return replace(run, unresolved=found | run.unresolved if run.unresolved.size else found)
+    return run.leaving_out(np.repeat(unknown[:, None], run.targets.shape[1], axis=1))
 
 
 def _forgotten(x: FloatArray, since: int) -> int:

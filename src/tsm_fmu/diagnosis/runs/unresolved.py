@@ -8,7 +8,6 @@ log says: differences as large as the friction itself, and no fault of the model
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,8 +48,7 @@ def without_unresolved(model: Kernel, run: FitRun, channels: Sequence[str]) -> F
         if channel in frictional:
             found[:, c] = unresolved(x, run.targets[:, c])
     found &= found.mean(axis=0) <= UNRESOLVED_MOST_SHARE  # a log that resolves nothing is compared as it is
-    found |= run.unresolved if run.unresolved.size else False
-    return replace(run, unresolved=found) if found.any() else replace(run, unresolved=np.empty((0, 0), bool))
+    return run.leaving_out(found)
 
 
 def unresolved(x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
