@@ -171,6 +171,33 @@ def test_a_holding_estimator_keeps_the_load_through_a_reversal_and_finds_it_whil
     assert errors[0].max() > 0.05
 
 
+def test_a_holding_estimator_is_not_misled_by_a_run_that_begins_just_before_a_reversal():
+    """The drive comes to its end within a thousandth of the way that turns its friction: this has not turned yet."""
+    k = chain("DistalEstimator", ("load_dependence",))
+    values = {"ratio": 1.03, "tau_c": 0.0031, "tau_s": 0.0031, "sigma0": 4257.0, "sigma1": 1e4, "sigma2": 0.0}
+    values |= {"load_dependence.k": 0.41, "motion.x_pre": 0.023, "hold": 1}
+    time = np.arange(4000) * 1e-3
+    x = 5e-4 * np.sin(2.0 * np.pi * time) * (time < 0.5) - 0.4 * np.maximum(time - 0.5, 0.0)
+    load = np.full(time.size, -0.081)
+    tau_in = 1.03 * load - (0.0031 + 0.41 * 0.081)  # the friction of the motion before the run, which goes on after it
+    u = np.column_stack([x, tau_in])
+    estimated = k.simulate(k.params(None, values), time, u)[:, 1]
+    unseen = 0.1 * 0.41 * 0.081  # held once nine tenths of the friction are there
+    assert np.abs(estimated - load)[time > 0.8].max() < unseen
+    unaware = k.simulate(k.params(None, {**values, "motion.x_pre": 1e-6}), time, u)[:, 1]
+    assert np.abs(unaware - load)[time > 0.8].max() > 0.03, "where friction turns at once, it has"
+
+
+def test_an_effect_that_changes_nothing_does_not_change_when_a_load_is_held():
+    base, k = kernel("DistalEstimator"), chain("DistalEstimator", ("load_dependence", "viscous"))
+    time = np.arange(3000) * 1e-3
+    x = 0.31 * np.sin(2.0 * np.pi * 0.7 * time + 1.5)
+    u = np.column_stack([x, 0.07 * np.sin(1.3 * time) + 0.02 * np.sign(np.gradient(x))])
+    values = {"hold": 1, "tau_c": 0.021, "tau_s": 0.03}
+    expected = base.simulate(base.params(None, values), time, u)
+    assert np.array_equal(k.simulate(k.params(None, values), time, u), expected)
+
+
 def test_viscous_friction_does_not_keep_an_estimator_from_holding():
     """The bristles carry no viscous friction: they have their sliding deflection however fast the drive is."""
     k = kernel("DistalEstimator")

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..effects import starts_of
 from ..effects.coordinates import Motion, MotionParams
-from ..models.contract import variables
+from ..models.contract import SLIDING_SHARE, variables
 from .attached import Attached
 from .chain_dependencies import dependencies
 from .drives import MEANINGS, STARTS, Drive
@@ -257,7 +257,10 @@ class Writer:
                 if a.on_lost_motion:
                     lines.append(f"    x{number} = {before} - (y{number}.y - l{number})")
         outputs = ", ".join(changed.get(f, f"o.{f}") for f in self.module.Outputs._fields)
-        states = [f"o.{f}" if self.roles.held_load and f == self.load else f"ms.{f}" for f in self.module.State._fields]
+        own = {self.load: f"o.{self.load}"} if self.roles.held_load else {}
+        if self.can_hold and self.moves and kind == "step":
+            own["slid"] = "slid"
+        states = [own.get(f, f"ms.{f}") for f in self.module.State._fields]
         states += [f"m.{f}" for f in Motion._fields] if self.moves else []
         for number, a in enumerate(self.attached):
             states += [f"t{number}.{f}" for f in a.module.State._fields]
@@ -330,8 +333,20 @@ class Writer:
             lines.append(f"    ft, f = friction_{kind}({before}m, f0, {load}{after})")
         lines += ["    if f != f0:", "        o = model_friction_write(mp, mu, o, f)"]
         if self.roles.held_load and kind == "step":
-            lines += self._holding()
+            lines += (self._slides() if self.moves else []) + self._holding()
         return [*lines, *(f"    t{number} = ft[{place}]" for place, (number, _) in enumerate(self.friction))]
+
+    def _slides(self) -> list[str]:
+        """Whether the load is known: the friction of effects may still build up where that of the model slides."""
+        ways = (f"Motion(m.x, m.v, m.a, m.s, {z})" for z in ("0.0", "m.s"))
+        still, sliding = (f"friction_step(p, s, u, {way}, f0, load, dt)[1]" for way in ways)
+        return [
+            "    slid = ms.slid",
+            "    if slid == 1.0 and s.slid == 0.0:",
+            f"        still = {still}",
+            f"        sliding = {sliding}",
+            f"        slid = 1.0 if abs(f - still) >= {SLIDING_SHARE}*abs(sliding - still) else 0.0",
+        ]
 
     def _holding(self) -> list[str]:
         """The load between the two frictions of sliding, kept as long as it can be; states are those of release."""

@@ -45,10 +45,11 @@ from typing import (  # noqa: UP035  a kernel file imports nothing but typing an
     get_type_hints,
 )
 
-from .roles import DefaultExperiment, FrictionPort, HeldLoad, Roles
+from .roles import SLIDING_SHARE, DefaultExperiment, FrictionPort, HeldLoad, Roles
 
 __all__ = [
     "SIGNALS",
+    "SLIDING_SHARE",
     "Condition",
     "DefaultExperiment",
     "FrictionPort",

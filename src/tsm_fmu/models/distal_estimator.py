@@ -13,14 +13,15 @@ sticks is that its friction lies between the two sliding levels, so the load sta
     tau_out = clip(tau_out of the last step, (tau_in - F_pull)/ratio, (tau_in - F_release)/ratio)   (D3)
 
 with F_pull, F_release the friction of sliding at |v_in| in either direction. The first value to hold is the load at the
-moment when the drive first slides, until when (D2) stands. Right for loads that change slowly beside the reversals.
+moment when the drive first slides, until when (D2) stands; in a chain with friction effects that is when their own
+presliding state slides too. Right for loads that change slowly beside the reversals.
 
 Validity: parameters, state and bounds are those of TendonDrive, so one fitted set serves both.
 """
 
 from typing import Annotated, Any, NamedTuple
 
-from .contract import FrictionPort, HeldLoad, Quantity, Roles
+from .contract import SLIDING_SHARE, FrictionPort, HeldLoad, Quantity, Roles
 from .joined import Part, joined
 from .laws.lugre import stribeck
 from .tendon_drive import CONDITIONS as CONDITIONS
@@ -85,7 +86,7 @@ def step(p: Any, s: Any, u: Inputs, dt: float) -> tuple[Any, Outputs]:
 
 def drive_slides(p: Any, z: float, level: float) -> float:
     """1 where the bristles have nine tenths of their sliding deflection, whose force is `level`, else 0."""
-    return 1.0 if p.sigma0 * abs(z) > 0.9 * level else 0.0
+    return 1.0 if p.sigma0 * abs(z) > SLIDING_SHARE * level else 0.0
 
 
 def held_load(last: float, pull: float, release: float) -> float:

@@ -27,6 +27,10 @@ class FrictionPort(NamedTuple):
     scale: str = ""
 
 
+SLIDING_SHARE = 0.9
+"""Part of its deflection of sliding at which a presliding state is taken to slide, for a load that is held."""
+
+
 class HeldLoad(NamedTuple):
     """How a model that estimates its load keeps it while the drive sticks, for effects that widen the friction band.
 
