@@ -20,9 +20,13 @@ LIMITS = {
 }  # fmt: skip
 
 
-def fit(**values: float) -> Any:
+def fit(moved: float = 0.083, **values: float) -> Any:
+    """A fit whose law moves a channel by 0.17 of its spread, and by `moved` where its time is another one."""
     named = {name.replace("__", "."): value for name, value in values.items()}
-    return SimpleNamespace(task=SimpleNamespace(limits=LIMITS), values=named)
+    return SimpleNamespace(
+        task=SimpleNamespace(limits=LIMITS), values=named, model="TendonDrive",
+        share_of=lambda spec: np.array([0.17, 0.0]), change_with=lambda fields: np.array([moved, 0.0]),
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -48,9 +52,17 @@ def test_a_law_at_the_end_of_its_range_of_time_or_travel_is_another_one(
     assert disguised(fit(**{**everywhere, **values}), spec) is expected
 
 
+@pytest.mark.parametrize(("moved", "expected"), [(0.0033, True), (0.0035, False)])
+def test_a_law_of_time_that_does_the_same_at_the_end_of_its_range_is_another_one(moved: float, expected: bool) -> None:
+    everywhere = {name.replace(".", "__"): 1.0 for name in LIMITS}
+    assert disguised(fit(moved, **everywhere), "creep@x_out") is expected
+    assert not disguised(fit(moved, **everywhere), "wear"), "a travel"
+
+
 @pytest.mark.parametrize(("theta_0", "expected"), [(0.066, "inertia"), (1.7, "breakaway_ageing")])
 def test_a_disguised_law_is_no_candidate_however_little_it_leaves(theta_0: float, expected: str) -> None:
     plain, other, sound = made("", 0.31), made("breakaway_ageing", 0.02), made("inertia", 0.09)
+    vars(other.fitted).update(model="TendonDrive", change_with=lambda fields: np.array([0.03]))
     vars(other.fitted)["task"] = replace(other.fitted.task, limits=LIMITS)
     vars(other.fitted)["values"] = {"breakaway_ageing.theta_0": theta_0, "breakaway_ageing.L_0": 0.01}
     assert [h.effects for h in choice_of([plain, other, sound], plain).supported] == [(expected,)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -11,7 +12,7 @@ import pytest
 from tsm_fmu.diagnosis.choice import baselines as module
 from tsm_fmu.diagnosis.choice.baselines import baselines, refitted_model
 from tsm_fmu.diagnosis.fits.nuisance import best_refit, refit_with
-from tsm_fmu.diagnosis.fits.ranges import level_ranges
+from tsm_fmu.diagnosis.fits.ranges import forgetting_ranges, level_ranges
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.diagnosis.fits.screening import Screened
 from tsm_fmu.kernels.chain import attach
@@ -35,6 +36,16 @@ def test_levels_are_within_the_range_of_their_channel(rig: Rig) -> None:
     drive = level_ranges(kernel("TendonDrive"), ["x_out", "tau_in"], [replace(runs[0], targets=both)], [])
     assert set(drive) == {"tau_c", "tau_s"}
     assert drive["tau_c"][1] == pytest.approx(np.ptp(runs[0].targets))
+
+
+def test_a_reversal_is_forgotten_within_the_stroke() -> None:
+    """Of a hysteresis that is slower the start is left at the end of the stroke, as a drift."""
+    for name, parameter in (("PairedTsmBacklash", "alpha"), ("TendonDrive", "alpha"), ("PairedTsmFriction", "rho")):
+        found = forgetting_ranges(kernel(name), 1.7, {parameter: 9.1})
+        assert set(found) == {parameter}
+        assert math.exp(-found[parameter][0] * 1.7) == pytest.approx(0.05, abs=1e-3)
+    assert forgetting_ranges(kernel("PairedTsmBacklash"), 1.7, {"alpha": 0.31})["alpha"][0] == 0.31, "as it is given"
+    assert forgetting_ranges(kernel("LuGreFriction"), 1.7) == {}
 
 
 def test_levels_before_a_factor_of_the_model_are_within_the_range_before_it(rig: Rig) -> None:

@@ -247,6 +247,14 @@ def test_a_tendon_goes_on_stretching_under_its_load():
     assert y[1300] == pytest.approx(0.3 - compliance * (4.2 - behind * math.exp(-1.0 / tau)), rel=1e-9)
 
 
+def test_a_load_that_is_put_on_as_a_run_begins_stretches_the_tendon_from_then_on():
+    compliance, tau = 0.037, 0.73
+    time = np.arange(2001) * 1e-3
+    for before in (0.0, 0.31, 1.0):
+        y = run("creep", {"C": compliance, "tau": tau, "l_0": before}, time, y=0.3, load=4.2)
+        assert y == pytest.approx(0.3 - compliance * 4.2 * (1.0 - (1.0 - before) * np.exp(-time / tau)), rel=1e-9)
+
+
 def test_thermal_decays_at_work_and_recovers_at_rest():
     d, tau = 0.4, 0.9
     time = np.arange(4001) * 1e-3

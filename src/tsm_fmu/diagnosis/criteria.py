@@ -80,6 +80,9 @@ FRICTION_LEVEL_RATIO = 1.0
 """A level of the model's friction (Coulomb, break-away) is at most this many times the range of the channels that it is
 in: a motion that reverses shows twice its level."""
 
+FORGOTTEN_LENGTHS = 3.0
+"""The longest stroke is at least this many lengths over which the model forgets a reversal: 5 % of it are left."""
+
 # Nuisance parameters
 
 NUISANCE_SPREAD_SHARE = 0.015

@@ -43,7 +43,7 @@ from .criteria import (
 from .evidence import Candidate, FamilyShare, Gap, Gate, NextMotion, RunComparison
 from .fits.known import compared_where_known
 from .fits.placing import not_applicable
-from .fits.ranges import level_ranges
+from .fits.ranges import forgetting_ranges, level_ranges
 from .fits.refit import Fitted, Task, as_given
 from .result import MISSING, Diagnosis
 from .runs.beginning import beginning_note
@@ -225,6 +225,7 @@ def task_of(runs: PreparedRuns, values: Mapping[str, float], preset: str | None,
         {"motion.x_pre": PRESLIDING_STROKE_SHARE[1] * stroke, **values}, preset, tuple(fixed),
         limits={
             "motion.x_pre": (PRESLIDING_STROKE_SHARE[0] * stroke, PRESLIDING_STROKE_SHARE[2] * stroke),
+            **forgetting_ranges(runs.model, stroke, values, preset),
             **level_ranges(
                 runs.model, runs.channels, [*runs.measured, *runs.holdout, *runs.reference], fixed, values, preset
             ),

@@ -4,10 +4,11 @@
 
     y <- y + k (x - x_c) - C l_c,   tau dx_c/dt = x - x_c,   tau dl_c/dt = load - l_c   (1)
 
-x and the load are taken as linear over the step, which (1) then solves exactly; at the start both have crept to their
-end. Limits: k = C = 0 changes nothing; fast motion sees a spring k, a long hold none; of a load that stays the tendon
-has the stretch C load beyond that of `tendon_elasticity`, which comes at once. The second part is at a measured
-position; without a load there is none. Source: Maxwell element (a spring and a damper in series) for the first part,
+x and the load are taken as linear over the step, which (1) then solves exactly. At the start x_c = x, and l_c = l_0
+load: a load that acted long before has l_0 = 1, one that is put on as a run begins l_0 = 0. Limits: k = C = 0 changes
+nothing; fast motion sees a spring k, a long hold none; of a load that stays the tendon has the stretch C load beyond
+that of `tendon_elasticity`, which comes at once. The second part is at a measured position; without a load there is
+none. Source: Maxwell element (a spring and a damper in series) for the first part,
 Kelvin-Voigt element (side by side) for the second.
 """
 
@@ -36,6 +37,10 @@ class Params(NamedTuple):
     tau: Annotated[
         float, Quantity("s", "relaxation time, Eq (1)", lo=0.0, open_lo=True), Shape("time", 0.0032, 1.0)
     ] = 1.0
+    l_0: Annotated[
+        float, Quantity("1", "part of the load that it has stretched for at the start", lo=0.0, hi=1.0),
+        Shape("share", 0.0, 1.0),
+    ] = 1.0  # fmt: skip
 
 
 NEUTRAL = Params()
@@ -62,7 +67,8 @@ PRESETS = {}
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(u.x, u.x, u.load, u.load), Outputs(u.y - p.C * u.load)
+    l_c = p.l_0 * u.load
+    return State(u.x, u.x, u.load, l_c), Outputs(u.y - p.C * l_c)
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:

@@ -24,7 +24,8 @@ from .response import places_of
 
 SCALES = ("time", "travel", "turns", "width", "centre")
 AT_AN_END = 0.02
-"""Part of itself by which a scale may miss the end of its range: refits stop so near."""
+"""Part of itself by which a scale may miss the end of its range: refits stop so near. And the part of what a law does
+that the least scale may change of it, to call it the same."""
 
 
 def disguised(fitted: Fitted, spec: str) -> bool:
@@ -54,9 +55,19 @@ def disguised(fitted: Fitted, spec: str) -> bool:
         if shape.scale == "centre":  # the limits reach `SHAPE_RANGE_RATIO` times as far from the middle as the stroke
             if abs(value - 0.5 * (lo + hi)) > 0.5 * CENTRED_SHARE * (hi - lo) / SHAPE_RANGE_RATIO:
                 return True
-        elif value <= lo * (1.0 + AT_AN_END) or (value >= hi * (1.0 - AT_AN_END) and not straight):
+            continue
+        if value <= lo * (1.0 + AT_AN_END) or (value >= hi * (1.0 - AT_AN_END) and not straight):
+            return True
+        if shape.scale == "time" and _same_at(lo, name, fitted, spec):
             return True
     return False
+
+
+def _same_at(value: float, name: str, fitted: Fitted, spec: str) -> bool:
+    """Whether a law does the same with another value of one of its parameters."""
+    change = fitted.change_with({attach(kernel(fitted.model), spec).prefix + name: value})
+    share = fitted.share_of(spec)
+    return bool(share.any() and (change <= AT_AN_END * share).all())
 
 
 def angle_stands(fitted: Fitted, attached: Attached) -> bool:

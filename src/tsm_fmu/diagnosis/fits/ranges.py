@@ -9,8 +9,9 @@ import numpy as np
 from ...kernels.chain_source import friction_unit
 from ...kernels.kernel import Kernel, kernel
 from ...regression.problem import FitRun
-from ..criteria import FRICTION_LEVEL_RATIO
+from ..criteria import FORGOTTEN_LENGTHS, FRICTION_LEVEL_RATIO
 from ..runs.beginning import friction_channels
+from ..runs.motion_signals import coordinate_units
 
 
 def level_ranges(
@@ -45,3 +46,26 @@ def level_ranges(
         most /= model.named(model.params(preset, dict(values or {})))[scale]
     unit = friction_unit(base)
     return {v.name: (-most, most) for v in base.parameters if v.quantity.unit == unit and v.name not in fixed}
+
+
+def forgetting_ranges(
+    model: Kernel, stroke: float, values: Mapping[str, float] | None = None, preset: str | None = None
+) -> dict[str, tuple[float, float]]:
+    """Ranges of the inverse lengths over which a model forgets a reversal, by public name: `FORGOTTEN_LENGTHS`.
+
+    A hysteresis longer than the motion never closes: from its start it drifts into place, and takes up a drift.
+
+    Parameters
+    ----------
+    model : Kernel
+    stroke : float
+        Longest of the measured runs, in the unit of the motion.
+    values : mapping of str to float, optional
+        Given parameters; a range reaches to what is given.
+    preset : str, optional
+        Parameter set for the others.
+    """
+    given, inverse = model.named(model.params(preset, dict(values or {}))), f"1/{coordinate_units(model)[0]}"
+    least = FORGOTTEN_LENGTHS / stroke
+    own = [v.name for v in kernel(model.name).parameters if v.quantity.unit == inverse]
+    return {name: (min(least, given[name]), np.inf) for name in own}
