@@ -13,10 +13,11 @@ from tsm_fmu.diagnosis.choice import baselines as module
 from tsm_fmu.diagnosis.choice.baselines import baselines, refitted_model
 from tsm_fmu.diagnosis.fits.nuisance import best_refit, refit_with
 from tsm_fmu.diagnosis.fits.ranges import forgetting_ranges, level_ranges
-from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
+from tsm_fmu.diagnosis.fits.refit import Fitted, Task, descent, refit
 from tsm_fmu.diagnosis.fits.screening import Screened
 from tsm_fmu.kernels.chain import attach
 from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.models.laws.coleman_hodgdon import room_of_start
 from tsm_fmu.regression.problem import FitRun
 
 Rig = Callable[..., FitRun]
@@ -46,6 +47,30 @@ def test_a_reversal_is_forgotten_within_the_stroke() -> None:
         assert math.exp(-found[parameter][0] * 1.7) == pytest.approx(0.05, abs=1e-3)
     assert forgetting_ranges(kernel("PairedTsmBacklash"), 1.7, {"alpha": 0.31})["alpha"][0] == 0.31, "as it is given"
     assert forgetting_ranges(kernel("LuGreFriction"), 1.7) == {}
+
+
+def test_a_hysteresis_that_starts_near_its_loop_takes_up_no_drift() -> None:
+    """Of a sensor that comes to its end like exp(-travel/9) the fit without conditions makes a start far outside."""
+    rng = np.random.default_rng(5)
+    time = np.arange(3000) * 0.01
+    runs = []
+    for k in range(2):
+        x = 0.8 * np.sin((1.1 + 0.3 * k) * time) + 0.2 * np.sin(2.7 * time + k)
+        travel = np.cumsum(np.abs(np.gradient(x)))
+        y = 0.91 * x + 0.2 * np.exp(-travel / 9.0) + 1e-3 * rng.standard_normal(time.size)
+        runs.append(FitRun(f"run {k}", time, x[:, None], y[:, None]))
+    task = Task("PairedTsmBacklash", runs, ("x_out",), {})
+
+    def room(found: Fitted) -> float:
+        return min(room_of_start(found.problem.params(row)) for row in found.table)
+
+    start = {"c": 0.9, "beta": -0.2, "alpha": 9.0}
+    found = refit(task, (), start, steps=40)
+    assert room(found) >= -1e-9
+    free = replace(found.problem, kept=())
+    assert room(replace(found, problem=free, table=descent(40).refined(free, free.start()))) < 0.0
+    outside = {**start, "x_h_0": 0.31}
+    assert room(refit(replace(task, fixed=("x_h_0",)), (), outside, steps=0)) < 0.0, "what is given is kept"
 
 
 def test_levels_before_a_factor_of_the_model_are_within_the_range_before_it(rig: Rig) -> None:

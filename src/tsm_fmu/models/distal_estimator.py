@@ -124,6 +124,7 @@ ROLES = Roles(
     load="tau_out",
     drive="tau_in",
     has=DRIVE_ROLES.has,
+    plausible=DRIVE_ROLES.plausible,
     depends={"x_out": ("x_in",)},
     friction=FrictionPort("tau_in", friction_in, with_friction),
     held_load=HeldLoad(sliding_level, held_load, with_load),

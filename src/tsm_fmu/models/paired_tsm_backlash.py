@@ -19,7 +19,7 @@ B >= c/2: the published set (B = 0.08363) does so. Simulation accepts it, the in
 from typing import Annotated, NamedTuple
 
 from .contract import DefaultExperiment, Preset, Quantity, Roles
-from .laws.coleman_hodgdon import RISING, hysteresis_after
+from .laws.coleman_hodgdon import RISING, START_NEAR_LOOP, hysteresis_after
 
 NAME = "PairedTsmBacklash"
 
@@ -79,5 +79,6 @@ ROLES = Roles(
     offsets=("x_0",),
     initial=("x_h_0",),
     lost_motion={"x_out": lost_motion},
+    plausible=(START_NEAR_LOOP,),
     experiment=DefaultExperiment(20.0, 0.01),
 )

@@ -90,6 +90,8 @@ class Roles(NamedTuple):
         model can carry effects that change what friction does to a motion.
     held_load : HeldLoad or None
         Present: the model has a parameter ``hold`` and states ``slid``, ``v_in`` and that of its `load`.
+    plausible : tuple of Condition
+        What parameters of any rig meet together; a simulation does without, a diagnosis keeps its fits there.
     any_unit : bool
         Whether inputs and outputs take any unit, as a sum does: FMUs and systems then declare none for them, so that no
         host looks for a conversion.
@@ -107,5 +109,6 @@ class Roles(NamedTuple):
     friction: FrictionPort | None = None
     lost_motion: Mapping[str, Callable[[Any, Any, Any], Any]] = {}
     held_load: HeldLoad | None = None
+    plausible: tuple[Any, ...] = ()
     any_unit: bool = False
     experiment: DefaultExperiment = DefaultExperiment()

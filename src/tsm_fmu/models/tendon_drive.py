@@ -14,7 +14,7 @@ Validity: 0 < B = c + beta; then |x_h| <= max(|x_h_0|, |beta|/alpha), and |sigma
 from typing import Annotated, NamedTuple
 
 from .contract import Condition, FrictionPort, Preset, Quantity, Roles
-from .laws.coleman_hodgdon import RISING, hysteresis_after
+from .laws.coleman_hodgdon import RISING, START_NEAR_LOOP, hysteresis_after
 from .laws.lugre import bristle_after, friction, passive_damping, stribeck
 from .laws.velocity_filter import filtered_slope
 
@@ -162,4 +162,5 @@ ROLES = Roles(
     depends={"x_out": ("x_in",), "v_in": ("x_in",)},
     friction=FrictionPort("tau_in", friction_in, with_friction),
     lost_motion={"x_out": lost_motion},
+    plausible=(START_NEAR_LOOP,),
 )

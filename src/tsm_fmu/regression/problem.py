@@ -115,6 +115,8 @@ class Problem:
         Partial pooling of per-run parameters, by field: weight of how far the runs' values are from their mean,
     centres : mapping of str to float
         or from the value given here.
+    kept : tuple of Condition
+        Joint conditions that a fit keeps, beside those of the model.
     """
 
     kernel: Kernel
@@ -124,6 +126,7 @@ class Problem:
     weights: FloatArray = field(default_factory=lambda: np.empty(0))
     pooling: Mapping[str, float] = field(default_factory=dict)
     centres: Mapping[str, float] = field(default_factory=dict)
+    kept: tuple[Condition, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.weights.size:
@@ -206,9 +209,9 @@ class Problem:
         return np.array(low), np.array(high)
 
     def unmet(self, row: FloatArray) -> Condition | None:
-        """The first joint condition of the model that a row within the bounds does not meet."""
+        """The first joint condition that a row within the bounds does not meet."""
         p = self.params(row)
-        return next((c for c in self.kernel.conditions if not c.met(p)), None)
+        return next((c for c in (*self.kernel.conditions, *self.kept) if not c.met(p)), None)
 
     def outputs(self, run: int, row: FloatArray) -> FloatArray:
         """Simulated channels of one run, shape (n, channels); all NaN if the model stops."""

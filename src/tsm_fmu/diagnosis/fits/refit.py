@@ -267,6 +267,8 @@ def refit(
     for name, values_ in (per_run_values or {}).items():
         if name in known:
             start[:, [problem.declared[f].name for f in problem.fields].index(name)] = values_
+    kept = tuple(c for c in kernel.roles.plausible if all(c.met(problem.params(row)) for row in start))
+    problem = replace(problem, kept=kept)  # but for what the values given do not meet
     sensitivities = sensitivity_scales(problem.starting_at(start), scales)
     problem = problem.over(problem.space.fixing(_idle(problem, sensitivities)))
     if not problem.space.free:

@@ -42,6 +42,20 @@ def slope_after_reversal(p: Any) -> float:
     return p.c + p.beta
 
 
+def room_of_start(p: Any) -> float:
+    """How far the start x_h_0 is within twice the half-width |beta|/alpha of the widest loop."""
+    return -2.0 * p.beta / p.alpha - abs(p.x_h_0)
+
+
+START_NEAR_LOOP = Condition(
+    "|x_h_0| <= 2 |beta|/alpha",
+    room_of_start,
+    "x_h_0 = {x_h_0!r} is further from the loop than this is wide, by {margin!r}",
+    "bring x_h_0 nearer to 0",
+    closed=True,
+)
+"""Moved, a drive is within its loop; one that starts far outside of it drifts into place instead of a hysteresis."""
+
 # B < c, also below Eq (10), is the bound of beta
 RISING = Condition(
     "B > 0 (MSSP 2015, below Eq (10))",
