@@ -65,7 +65,7 @@ def settled(problem: Problem, table: FloatArray, run: FitRun, fields: Collection
     space = problem.space.starting_at(means).freeing_only(free).with_per_run(free)
     scales, error = sensitivity_scales(replace(problem, runs=[run], space=space)), _error(problem, table)
     pooling = {f: error / scales[f] for f in free}
-    single = replace(problem, runs=[start], space=space, pooling=pooling, centres=means)
+    single = replace(problem, runs=[start], space=space, pooling=pooling, centres=means, kept=())
     found = Descent().refined(single, single.start())
     return found[0] if _tells(single, single.start(), found) else single.start()[0]
 

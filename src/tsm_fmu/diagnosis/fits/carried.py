@@ -58,7 +58,8 @@ def carried_over(fitted: Fitted, runs: Sequence[FitRun], steps: int = STEPS) -> 
     problem, count = fitted.problem, len(fitted.problem.runs)
     rows = [fitted.settled(run) for run in runs]
     late = [run.compared_from(int(is_settling(run).sum())) for run in runs]
-    joint, start = replace(problem, runs=[*problem.runs, *late]), np.vstack([fitted.table, *rows])
+    # a few steps along a joint condition do not come to their end; the fit has kept it
+    joint, start = replace(problem, runs=[*problem.runs, *late], kept=()), np.vstack([fitted.table, *rows])
     gaps = joint.gaps(descent(steps).refined(joint, start) if steps else start)
     return _carried(fitted, gaps[:count], gaps[count:])
 
