@@ -93,7 +93,7 @@ def test_a_step_that_holds_on_the_samples_of_the_search_alone_is_none() -> None:
 
 def test_parameters_that_a_poor_model_made_idle_begin_anew() -> None:
     runs = runs_of(0.31)
-    task = task_of(runs, {}, None, ())
+    task = replace(task_of(runs, {}, None, ()), plausible=False)  # as on the way
     law, far = ("stiffness_hardening@x_out",), {**TRUE, "alpha": 1e9, "beta": -1e-40}
     lost = refit(task, law, far)
     assert "alpha" not in lost.problem.shared

@@ -192,6 +192,8 @@ class Task:
         What a nuisance effect removes on reference runs [RMS], by spec.
     drives : tuple of Drive
         Columns that the runs hold behind the inputs of the model.
+    plausible : bool
+        Whether refits keep to `Roles.plausible`.
     """
 
     model: str
@@ -208,6 +210,7 @@ class Task:
     gap: FloatArray = field(default_factory=lambda: np.zeros(1))
     reference_removal: Mapping[str, FloatArray] = field(default_factory=dict)
     drives: tuple[Drive, ...] = ()
+    plausible: bool = True
 
     def kernel(self, effects: Sequence[str]) -> Kernel:
         """The model with effects, with the inputs of the runs."""
@@ -267,7 +270,8 @@ def refit(
     for name, values_ in (per_run_values or {}).items():
         if name in known:
             start[:, [problem.declared[f].name for f in problem.fields].index(name)] = values_
-    kept = tuple(c for c in kernel.roles.plausible if all(c.met(problem.params(row)) for row in start))
+    plausible = kernel.roles.plausible if task.plausible else ()
+    kept = tuple(c for c in plausible if all(c.met(problem.params(row)) for row in start))
     problem = replace(problem, kept=kept)  # but for what the values given do not meet
     sensitivities = sensitivity_scales(problem.starting_at(start), scales)
     problem = problem.over(problem.space.fixing(_idle(problem, sensitivities)))
