@@ -36,19 +36,14 @@ def rig_run(name: str, seed: int, compliance: float, at_once: float, hung_up: bo
     rng = np.random.default_rng(seed)
     t = np.arange(0.0, 40.0, 0.02)
     x = 0.83 * np.sin(rng.uniform(0.8, 1.1) * t) + 0.31 * np.sin(rng.uniform(2.1, 2.9) * t + 1.3)
-    load = np.interp(
-        t, np.arange(0.0, 44.0, 4.0), np.full(11, rng.uniform(0.6, 1.9)) if hung_up else rng.uniform(0.2, 1.9, 11)
-    )
+    levels = np.full(11, rng.uniform(0.6, 1.9)) if hung_up else rng.uniform(0.2, 1.9, 11)
+    load = np.interp(t, np.arange(0.0, 44.0, 4.0), levels)
     model = kernel("PairedTsmBacklash")
     y = model.simulate(model.params(None, {"c": 0.913, "beta": -0.377, "alpha": 17.3, "x_0": 0.21}), t, x[:, None])[
         :, 0
     ]
-    y = (
-        y
-        - compliance * stretched(t, load, 0.0 if hung_up else 1.0)
-        - at_once * load
-        + 1.1e-3 * rng.standard_normal(t.size)
-    )
+    late = stretched(t, load, 0.0 if hung_up else 1.0)
+    y = y - compliance * late - at_once * load + 1.1e-3 * rng.standard_normal(t.size)
     return Record(name, t, {"x_in": x, "x_out": y, "T_tip": load}, {"x_in": "rad", "x_out": "rad", "T_tip": "N"})
 
 

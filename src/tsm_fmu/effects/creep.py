@@ -8,8 +8,8 @@ x and the load are taken as linear over the step, which (1) then solves exactly.
 load: a load that acted long before has l_0 = 1, one that is put on as a run begins l_0 = 0. Limits: k = C = 0 changes
 nothing; fast motion sees a spring k, a long hold none; of a load that stays the tendon has the stretch C load beyond
 that of `tendon_elasticity`, which comes at once. The second part is at a measured position; without a load there is
-none. Source: Maxwell element (a spring and a damper in series) for the first part,
-Kelvin-Voigt element (side by side) for the second.
+none. Source: Maxwell element (a spring and a damper in series) for the first part, Kelvin-Voigt element (side by side)
+for the second.
 """
 
 from typing import Annotated, NamedTuple

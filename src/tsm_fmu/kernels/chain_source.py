@@ -48,6 +48,11 @@ class Writer:
         """Whether the model, where its parameter ``hold`` is 1, keeps a load that effects on the friction change."""
         return bool(self.roles.held_load and self.friction)
 
+    @property
+    def slides_later(self) -> bool:
+        """Whether friction of effects may still build up where that of a model that holds a load slides."""
+        return self.can_hold and self.moves
+
     def text(self) -> str:
         return "\n".join(
             [
@@ -258,7 +263,7 @@ class Writer:
                     lines.append(f"    x{number} = {before} - (y{number}.y - l{number})")
         outputs = ", ".join(changed.get(f, f"o.{f}") for f in self.module.Outputs._fields)
         own = {self.load: f"o.{self.load}"} if self.roles.held_load else {}
-        if self.can_hold and self.moves and kind == "step":
+        if self.slides_later and kind == "step":
             own["slid"] = "slid"
         states = [own.get(f, f"ms.{f}") for f in self.module.State._fields]
         states += [f"m.{f}" for f in Motion._fields] if self.moves else []
@@ -333,11 +338,11 @@ class Writer:
             lines.append(f"    ft, f = friction_{kind}({before}m, f0, {load}{after})")
         lines += ["    if f != f0:", "        o = model_friction_write(mp, mu, o, f)"]
         if self.roles.held_load and kind == "step":
-            lines += (self._slides() if self.moves else []) + self._holding()
+            lines += (self._slides() if self.slides_later else []) + self._holding()
         return [*lines, *(f"    t{number} = ft[{place}]" for place, (number, _) in enumerate(self.friction))]
 
     def _slides(self) -> list[str]:
-        """Whether the load is known: the friction of effects may still build up where that of the model slides."""
+        """Whether the friction slides, that of the effects too: from then on the load is known."""
         ways = (f"Motion(m.x, m.v, m.a, m.s, {z})" for z in ("0.0", "m.s"))
         still, sliding = (f"friction_step(p, s, u, {way}, f0, load, dt)[1]" for way in ways)
         return [

@@ -85,7 +85,7 @@ def step(p: Any, s: Any, u: Inputs, dt: float) -> tuple[Any, Outputs]:
 
 
 def drive_slides(p: Any, z: float, level: float) -> float:
-    """1 where the bristles have nine tenths of their sliding deflection, whose force is `level`, else 0."""
+    """1 where the bristles have `SLIDING_SHARE` of their sliding deflection, whose force is `level`, else 0."""
     return 1.0 if p.sigma0 * abs(z) > SLIDING_SHARE * level else 0.0
 
 

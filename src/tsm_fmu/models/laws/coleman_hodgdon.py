@@ -50,11 +50,11 @@ def room_of_start(p: Any) -> float:
 START_NEAR_LOOP = Condition(
     "|x_h_0| <= 2 |beta|/alpha",
     room_of_start,
-    "x_h_0 = {x_h_0!r} is further from the loop than this is wide, by {margin!r}",
+    "x_h_0 = {x_h_0!r} is more than the widest loop, beta = {beta!r} with alpha = {alpha!r}",
     "bring x_h_0 nearer to 0",
     closed=True,
 )
-"""Moved, a drive is within its loop; one that starts far outside of it drifts into place instead of a hysteresis."""
+"""A drive that has moved is within its loop: what starts far outside of it drifts into place, and is no hysteresis."""
 
 # B < c, also below Eq (10), is the bound of beta
 RISING = Condition(
