@@ -12,9 +12,10 @@ from fmpy.fmi2 import FMU2Slave
 
 from tsm_fmu import InputError
 from tsm_fmu.cosim.master import METHODS, simulate_system
+from tsm_fmu.cosim.replay import replay
 from tsm_fmu.cosim.system import Component, Connection, System
 from tsm_fmu.cosim.trajectory import SimulationInterrupted, SimulationStopped, write_trajectory
-from tsm_fmu.logs.record import read_record
+from tsm_fmu.logs.record import Record, read_record
 
 
 def decay(foreign, rate=2.7, start=1.3):
@@ -165,6 +166,20 @@ def test_ctrl_c_ends_after_the_step_and_keeps_the_rows(foreign):
     kept = caught.value.trajectory
     assert kept.incomplete == "interrupted"
     assert kept.columns["belt.count"].tolist() == list(range(39))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="sends itself SIGINT, which Windows does not have")
+@pytest.mark.parametrize("function", ["__init__", "setup_experiment", "exit_initialization_mode", "terminate"])
+def test_ctrl_c_outside_of_the_steps_is_neither_lost_nor_a_failure_of_the_fmu(foreign, monkeypatch, function):
+    monkeypatch.setenv("PRESSED", function)
+    unit = foreign["pressed"]
+    with pytest.raises(KeyboardInterrupt):
+        simulate_system(System((Component("one", unit, {"u": 0.7}),), ()), 0.3, 0.1)
+    record = Record("r", np.arange(4) * 0.1, {"u": np.array([0.1, 0.7, -0.3, 0.2])}, {"u": "1"})
+    with pytest.raises(KeyboardInterrupt):
+        replay(unit, record)
+    monkeypatch.delenv("PRESSED")
+    assert replay(unit, record).columns["y"].tolist() == [0.0, 1.4, -0.6, 0.4]
 
 
 @pytest.mark.parametrize(

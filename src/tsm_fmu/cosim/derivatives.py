@@ -17,6 +17,7 @@ from .fmu_process import Processes
 from .linearize import Linear, named
 from .master import number_of_steps
 from .ssp import Case
+from .stopping import interruptible
 from .system import check_system
 from .unpack import unpacked
 
@@ -51,6 +52,7 @@ def of_derivatives(
     known = [int(v.valueReference) for v in states] + [ports[name].reference for name in driven]
     unknown = [int(v.valueReference) for v in rates] + [ports[name].reference for name in seen]
     with (
+        interruptible() as asked,
         unpacked(component.fmu) as directory,
         FmuInstance(component.name, description, directory, [], seen, processes) as instance,
     ):
@@ -58,6 +60,8 @@ def of_derivatives(
         instance.exit_initialization(experiment.start)
         for k in range(steps):
             instance.step(experiment.start + k * experiment.step, experiment.step)
+            if asked:
+                raise KeyboardInterrupt
         columns = [instance.derivative(unknown, [reference], at) for reference in known]
     matrix: Any = np.array(columns).T
     n = len(states)

@@ -125,6 +125,7 @@ def simulate_system(
     plan = schedule(wiring, loops)
     selection = select(wiring, record)
     with ExitStack() as stack:
+        asked = stack.enter_context(interruptible())
         instances = _instantiate(wiring, selection, stack, processes, stimuli)
         notes = (*system.notes, *(_loop_note(loop, loops) for loop in plan.loops), *left_out(wiring, record))
         recorder = Recorder(selection, instances, 2 + steps // decimation, notes)
@@ -149,7 +150,7 @@ def simulate_system(
         try:
             _initialise(wiring, plan, instances, transfers, start, wanted)
             recorder.store(start)
-            with interruptible() as asked, bar(progress, system.name, steps, step) as advance:
+            with bar(progress, system.name, steps, step) as advance:
                 run: Run
                 if compiled and not by_hand:
                     run = Program(parts, method == "jacobi", recorder, (start, step), given).run

@@ -75,6 +75,7 @@ def replay(
     steps = _steps(description, record).tolist()
     selection = select(wiring, None)
     with (
+        interruptible() as stop,
         unpacked(component.fmu) as directory,
         FmuInstance(name, description, directory, driven, [v for _, v in selection.values()], processes) as instance,
     ):
@@ -93,20 +94,19 @@ def replay(
             instance.exit_initialization(time[0])
             instance.get_outputs(time[0])
             recorder.store(time[0])
-            with interruptible() as stop:
-                for k, dt in enumerate(steps):
-                    set_row(k + 1)
-                    instance.step(time[k], dt)
-                    instance.get_outputs(time[k + 1])
-                    if instance.ended_at is not None:
-                        recorder.note(f"FMU {fmu} ended the run at t = {instance.ended_at:g} s")
-                        if instance.ended_at < time[k + 1] - 1e-6 * dt:
-                            break  # within the step: no row of the record
-                        recorder.store(time[k + 1])
-                        break
+            for k, dt in enumerate(steps):
+                set_row(k + 1)
+                instance.step(time[k], dt)
+                instance.get_outputs(time[k + 1])
+                if instance.ended_at is not None:
+                    recorder.note(f"FMU {fmu} ended the run at t = {instance.ended_at:g} s")
+                    if instance.ended_at < time[k + 1] - 1e-6 * dt:
+                        break  # within the step: no row of the record
                     recorder.store(time[k + 1])
-                    if stop:
-                        raise SimulationInterrupted(in_si(recorder.trajectory("interrupted")))
+                    break
+                recorder.store(time[k + 1])
+                if stop:
+                    raise SimulationInterrupted(in_si(recorder.trajectory("interrupted")))
             if lost := instance.close():
                 recorder.note(lost)
             return in_si(recorder.finished())

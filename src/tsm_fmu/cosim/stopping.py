@@ -38,7 +38,13 @@ def stop_asked() -> bool:
 
 @contextmanager
 def interruptible() -> Iterator[StopRequest]:
-    """Hold Ctrl-C and other requests to stop back to the end of a step: inside one they would hit an FMU's Python."""
+    """Hold Ctrl-C and other requests to stop back to the end of a call: inside one they would hit an FMU's Python.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        At the end, where nobody has acted on a request.
+    """
     request = StopRequest()
     if threading.current_thread() is not threading.main_thread():
         yield request
@@ -57,3 +63,5 @@ def interruptible() -> Iterator[StopRequest]:
         _current.remove(request)
         for number, handler in previous.items():
             signal.signal(number, handler)
+    if request:
+        raise KeyboardInterrupt
