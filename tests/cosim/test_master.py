@@ -173,8 +173,10 @@ def test_ctrl_c_ends_after_the_step_and_keeps_the_rows(foreign):
 def test_ctrl_c_outside_of_the_steps_is_neither_lost_nor_a_failure_of_the_fmu(foreign, monkeypatch, function):
     monkeypatch.setenv("PRESSED", function)
     unit = foreign["pressed"]
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt) as caught:
         simulate_system(System((Component("one", unit, {"u": 0.7}),), ()), 0.3, 0.1)
+    if function == "terminate":
+        assert caught.value.trajectory.columns["one.y"].tolist() == [0.0, 1.4, 1.4, 1.4]
     record = Record("r", np.arange(4) * 0.1, {"u": np.array([0.1, 0.7, -0.3, 0.2])}, {"u": "1"})
     with pytest.raises(KeyboardInterrupt):
         replay(unit, record)

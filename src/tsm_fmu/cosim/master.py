@@ -165,7 +165,7 @@ def simulate_system(
                         break
                     advance(done)
                     if asked:
-                        raise SimulationInterrupted(recorder.trajectory("interrupted"))
+                        break
         except FmuFailure as failure:
             _note(recorder, varied)
             raise SimulationStopped(str(failure), recorder.trajectory(str(failure))) from failure
@@ -173,6 +173,8 @@ def simulate_system(
         for instance in instances.values():
             if lost := instance.close():
                 recorder.note(lost)
+        if asked:
+            raise SimulationInterrupted(recorder.trajectory("interrupted"))
         return recorder.finished()
 
 

@@ -106,9 +106,11 @@ def replay(
                     break
                 recorder.store(time[k + 1])
                 if stop:
-                    raise SimulationInterrupted(in_si(recorder.trajectory("interrupted")))
+                    break
             if lost := instance.close():
                 recorder.note(lost)
+            if stop:
+                raise SimulationInterrupted(in_si(recorder.trajectory("interrupted")))
             return in_si(recorder.finished())
         except FmuFailure as failure:
             raise SimulationStopped(str(failure), in_si(recorder.trajectory(str(failure)))) from failure
