@@ -83,7 +83,7 @@ def test_a_drift_that_is_asked_for_is_released(rig: Rig, known: dict[str, float]
     runs = [replace(r, targets=r.targets + 0.0093 * r.time[:, None]) for r in runs]
     nuisances = with_nuisances(fitted(runs, known), FREE)
     spec = "offset_drift@F"
-    found = refit_with(nuisances, screen(nuisances, [attach(kernel("LuGreFriction"), spec)], np.array([True]))[0], FREE)
+    found = refit_with(nuisances, screen(nuisances, [attach(kernel("LuGreFriction"), spec)])[0], FREE)
     assert found.effects == nuisances.effects
     assert found.released == (spec,)
     assert found.values["F.offset_drift.c"] == pytest.approx(0.0093, rel=0.03)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.choice import hypotheses as module
@@ -152,7 +151,7 @@ def test_a_rival_keeps_what_it_gained_on_reference_runs(task: Task, best: Hypoth
 
 
 def screened(fitted: Fitted) -> list[Screened]:
-    return screen(fitted, [attach(kernel("LuGreFriction"), "inertia")], np.array([True]))
+    return screen(fitted, [attach(kernel("LuGreFriction"), "inertia")])
 
 
 def test_what_a_candidate_gains_on_reference_runs_is_put_back(rig: Rig, known: dict[str, float], task: Task) -> None:
@@ -181,8 +180,7 @@ def test_what_is_held_out_is_a_mean_square_of_its_own(best: Hypothesis, rig: Rig
 
 def test_a_probe_ranks_candidates_by_what_a_few_steps_of_a_refit_gain(task: Task) -> None:
     base = refit(task, (), {})
-    listed = screen(base, [attach(kernel("LuGreFriction"), spec) for spec in ("coulomb", "inertia", "creep")],
-                    np.array([True]))  # fmt: skip
+    listed = screen(base, [attach(kernel("LuGreFriction"), spec) for spec in ("coulomb", "inertia", "creep")])
     found = probe(base, listed, ())
     gains = [s.gain for s in found]
     assert gains == sorted(gains, reverse=True)

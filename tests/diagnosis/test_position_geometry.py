@@ -53,14 +53,14 @@ def fitted(radius: float, law: Callable[[np.ndarray], np.ndarray] = ripple) -> F
 
 def explained(base: Fitted, spec: str) -> Fitted:
     """The refit with an effect, from where the screening would begin."""
-    (seen,) = screen(base, [attach(kernel("LuGreFriction"), spec)], np.array([True]))
+    (seen,) = screen(base, [attach(kernel("LuGreFriction"), spec)])
     return refit(base.task.limited(seen.limits), (spec,), seen.starts[0], steps=40)
 
 
 @pytest.mark.parametrize("radius", [0.0173, 0.031])
 def test_the_period_of_a_wheel_of_unknown_size_is_found(radius: float) -> None:
     base = fitted(radius)
-    (seen,) = screen(base, [attach(kernel("LuGreFriction"), "drum_periodic~x[m]")], np.array([True]))
+    (seen,) = screen(base, [attach(kernel("LuGreFriction"), "drum_periodic~x[m]")])
     assert seen.starts[0]["drum_periodic.r"] == pytest.approx(radius, rel=0.04)
     found = refit(base.task.limited(seen.limits), ("drum_periodic~x[m]",), seen.starts[0], steps=40)
     assert found.values["drum_periodic.r"] == pytest.approx(radius, rel=0.003)
@@ -83,7 +83,7 @@ def test_a_wheel_of_less_than_the_stroke_has_no_name_to_take_and_its_law_is_draw
     """A period longer than the stroke: the search stays at one and a half turns or more."""
     base = fitted(0.2)
     stroke = max(float(np.ptp(run.inputs[:, 1])) for run in base.problem.runs)
-    (seen,) = screen(base, [attach(kernel("LuGreFriction"), "drum_periodic~x[m]")], np.array([True]))
+    (seen,) = screen(base, [attach(kernel("LuGreFriction"), "drum_periodic~x[m]")])
     longest = seen.limits["drum_periodic.r"][1]
     assert 2.0 * np.pi * longest <= 1.01 * stroke / 1.5 * 1.2  # of all runs together
     _, shapes = located(base, 0, formulas=False)

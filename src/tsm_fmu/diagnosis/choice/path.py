@@ -202,9 +202,8 @@ def _judged(added: str, fitted: Fitted, whole: Sequence[FitRun]) -> Stop:
 def _next(model: Kernel, at: Stop, whole: Sequence[FitRun]) -> Stop | None:
     """The best step on: the effect, or choice of the model, that gains most on runs left out, for its parameters."""
     fitted = at.fitted
-    counted = np.ones(len(fitted.rmse), bool)
     places = [c for c in candidate_places(model, fitted) if c.spec not in fitted.effects]
-    screened = shortlist(screen(fitted, places, counted), BEGUN_CANDIDATES)
+    screened = shortlist(screen(fitted, places), BEGUN_CANDIDATES)
 
     def begun(s: Screened) -> tuple[str, Fitted] | None:
         try:

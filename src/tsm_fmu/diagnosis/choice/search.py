@@ -86,12 +86,11 @@ class Search:
         effect: they may have taken what a candidate explains.
         """
         fitted = base.fitted
-        counted = np.ones(len(fitted.rmse), bool)
         places = self._places(fitted)
-        screened, starts = screen(fitted, places, counted, self.progress), {}
+        screened, starts = screen(fitted, places, self.progress), {}
         before = self._without_nuisances(base)
         if before is not fitted:
-            instead = screen(before, places, counted, self.progress)
+            instead = screen(before, places, self.progress)
             starts = _second_starts(before, instead)
             gains = {s.attached.spec: s.gain for s in instead}
             screened = [
@@ -144,10 +143,9 @@ class Search:
             nuisances = tuple(s for s in one.nuisances if s != spec)
             left = fitted.rmse**2 + one.reference_gain
             without = replace(one, fitted=fitted, nuisances=nuisances, measured=left)
-            counted = np.ones(len(left), bool)
             before = self._without_nuisances(one)
-            starts = _second_starts(before, screen(before, places, counted))
-            screened = screen(fitted, places, counted, self.progress)
+            starts = _second_starts(before, screen(before, places))
+            screened = screen(fitted, places, self.progress)
             more += refit_candidates(without, screened, self.holdout, starts=starts, progress=self.progress)
         return more
 

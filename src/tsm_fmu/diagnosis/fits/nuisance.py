@@ -80,7 +80,7 @@ def with_nuisances(base: Fitted, nuisances: Sequence[str]) -> Fitted:
     if not nuisances:
         return base
     attached = [attach(kernel(base.model), spec) for spec in nuisances]
-    screened = {s.attached.spec: s for s in screen(base, attached, np.ones(len(base.rmse), bool))}
+    screened = {s.attached.spec: s for s in screen(base, attached)}
     for one in screened.values():
         base = replace(base, task=base.task.limited(one.limits))
     shapes: list[dict[str, float]] = []

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from ...effects import shapes_of, sizes_of
-from ...kernels.arrays import BoolArray, FloatArray
+from ...kernels.arrays import FloatArray
 from ...kernels.attached import Attached
 from ...kernels.kernel import Kernel
 from ...regression.thinning import thinned
@@ -51,7 +51,7 @@ class Screened:
     attached : Attached
         Effect and place.
     gain : float
-        Log of the mean square that it would leave, over all counted channels, with the sign turned.
+        Log of the mean square that it would leave, over all channels, with the sign turned.
     starts : list of dict of str to float
         Parameters of the effect at the best shapes, best first, by public name of the chain.
     limits : dict of str to tuple
@@ -65,21 +65,18 @@ class Screened:
 
 
 def screen(
-    fitted: Fitted, candidates: Sequence[Attached], counted: BoolArray,
-    progress: Callable[[str], None] = lambda _: None,
-) -> list[Screened]:  # fmt: skip
+    fitted: Fitted, candidates: Sequence[Attached], progress: Callable[[str], None] = lambda _: None
+) -> list[Screened]:
     """Rank candidates by one linear step from a fitted baseline.
 
     Parameters
     ----------
     fitted : Fitted
     candidates : sequence of Attached
-    counted : ndarray of bool, shape (channels,)
-        Channels whose gap counts.
     progress : callable
         Given what is being done.
     """
-    bench = _Bench(fitted, counted)
+    bench = _Bench(fitted)
 
     def one(numbered: tuple[int, Attached]) -> Screened:
         number, candidate = numbered
@@ -109,9 +106,9 @@ def _closer(best: _Tried, tried: Callable[[FloatArray], list[_Tried]]) -> _Tried
 class _Bench:
     """The linearised baseline, on which candidates are tried."""
 
-    def __init__(self, fitted: Fitted, counted: BoolArray) -> None:
-        self.counted = counted
+    def __init__(self, fitted: Fitted) -> None:
         fitted = fitted.at(thinned(fitted.problem.kernel, fitted.problem.runs, ROWS, ROWS // 10))
+        self.channels = len(fitted.problem.channels)
         self.responses = Responses(fitted, 1.0 / np.maximum(fitted.rmse, 1e-12 * fitted.spread))
         self.residual = self.responses.outside(self.responses.flat(fitted.residuals))
         self.before = self._squares(self.residual)
@@ -158,9 +155,9 @@ class _Bench:
             found[i] += sign * amount / scale[i] if shows[i] else 0.0
         after = self.residual - found @ outside
         closed = np.maximum(self._squares(after), 1e-6 * self.before)
-        return float(np.sum(np.log(self.before / closed)[self.counted])), found
+        return float(np.sum(np.log(self.before / closed))), found
 
     def _squares(self, column: FloatArray) -> FloatArray:
         """Sum of squares by channel."""
-        by_channel = column.reshape(-1, self.counted.size)
+        by_channel = column.reshape(-1, self.channels)
         return np.maximum(np.einsum("ij,ij->j", by_channel, by_channel), 1e-300)
