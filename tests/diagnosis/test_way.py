@@ -119,7 +119,7 @@ def stop(added: str, effects: tuple[str, ...], left_out: float, left: float = 0.
     return Stop(added, fit, tuple(np.array([left_out * n]) for n in noise), np.array([np.exp(left)]))
 
 
-@pytest.mark.parametrize(("alone", "dropped"), [(0.501, True), (0.7, False)])
+@pytest.mark.parametrize(("alone", "dropped"), [(0.501, True), (0.7, False), (np.nan, False), (np.inf, False)])
 def test_at_the_end_an_effect_that_later_ones_made_idle_is_left_out(
     alone: float, dropped: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:

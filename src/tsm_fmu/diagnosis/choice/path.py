@@ -73,6 +73,11 @@ class Stop:
         return float(np.sum(np.log(self.whole)))
 
     @property
+    def runs(self) -> bool:
+        """Whether the model gives numbers on all runs, left out or not."""
+        return bool(np.isfinite(self.whole).all() and np.isfinite(np.array(self.left_out)).all())
+
+    @property
     def parameters(self) -> int:
         """Fitted parameters that all runs share."""
         return len(self.fitted.problem.shared)
@@ -137,7 +142,7 @@ def _without_idle(way: Sequence[Stop], whole: Sequence[FitRun], progress: Callab
         effects = [e for e in last.fitted.effects if e != spec]
         less = refit(last.fitted.task, effects, last.fitted.values, per_run_values=last.fitted.per_run)
         stop = _judged(f"without {spec}", less, whole)
-        if not last.is_worth_more_than(stop):
+        if stop.runs and not last.is_worth_more_than(stop):
             last = stop
     if len(way) > 1:
         refitted = _reweighted(last.fitted, LAST_STEPS)
@@ -238,4 +243,5 @@ def _choices(fitted: Fitted) -> list[tuple[str, int]]:
 
 
 def _log_left(fitted: Fitted) -> float:
-    return float(np.sum(np.log(fitted.rmse / fitted.spread)))
+    """Sum over the channels of the log of what is left; infinite where the model stops."""
+    return float(np.nan_to_num(np.sum(np.log(fitted.rmse / fitted.spread)), nan=np.inf, neginf=-np.inf))
