@@ -151,6 +151,21 @@ def test_a_step_must_be_worth_its_parameters_and_more_than_its_error() -> None:
     assert not stop("", (), np.exp(-0.02)).is_worth_more_than(before)  # as many parameters: still one step's worth
 
 
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+@pytest.mark.parametrize("where", ["left_out", "whole"])
+def test_a_model_that_stops_is_worth_less_than_any_that_runs(where: str, bad: float) -> None:
+    runs = stop("", (), 3.7)
+    short = np.array([bad])
+    stops = replace(runs, left_out=(*runs.left_out[:-1], short)) if where == "left_out" else replace(runs, whole=short)
+    assert runs.is_worth_more_than(stops)
+    assert not stops.is_worth_more_than(runs)
+    assert not stops.is_worth_more_than(stops)
+
+
+def test_what_stops_leaves_more_than_anything() -> None:
+    assert path._log_left(Fit(rmse=np.array([np.nan]))) == np.inf  # pyright: ignore[reportArgumentType]
+
+
 def test_the_law_over_the_position_is_drawn_of_its_channel_where_it_is_not_yet(monkeypatch: pytest.MonkeyPatch) -> None:
     x, v = (Dependence(name, "rad", "", *(np.zeros(2),) * 4) for name in ("x", "v"))
     given = []

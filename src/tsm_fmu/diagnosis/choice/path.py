@@ -83,7 +83,12 @@ class Stop:
         return len(self.fitted.problem.shared)
 
     def is_worth_more_than(self, before: Stop) -> bool:
-        """Whether it leaves less on runs left out, by enough for its parameters and beyond chance."""
+        """Whether it leaves less on runs left out, by enough for its parameters and beyond chance.
+
+        A model that stops on a run is worth less than any that runs.
+        """
+        if not (self.runs and before.runs):
+            return self.runs
         gain, error = self.gain_over(before)
         added = max(self.parameters - before.parameters, 1)
         return gain > PARAMETER_GAIN * added and gain > SURE_GAIN_RATIO * error
@@ -142,7 +147,7 @@ def _without_idle(way: Sequence[Stop], whole: Sequence[FitRun], progress: Callab
         effects = [e for e in last.fitted.effects if e != spec]
         less = refit(last.fitted.task, effects, last.fitted.values, per_run_values=last.fitted.per_run)
         stop = _judged(f"without {spec}", less, whole)
-        if stop.runs and not last.is_worth_more_than(stop):
+        if not last.is_worth_more_than(stop):
             last = stop
     if len(way) > 1:
         refitted = _reweighted(last.fitted, LAST_STEPS)
@@ -228,7 +233,7 @@ def _next(model: Kernel, at: Stop, whole: Sequence[FitRun]) -> Stop | None:
     stops = together(refitted, tried[:JUDGED_CANDIDATES])
     # one that leaves more of the very runs that it was fitted to was not fitted, as it holds the model before it; and
     # what leaves less of the search's samples alone fits what lies between them
-    stops = [s for s in stops if _log_left(s.fitted) < _log_left(fitted) and s.log_whole < at.log_whole]
+    stops = [s for s in stops if s.runs and _log_left(s.fitted) < _log_left(fitted) and s.log_whole < at.log_whole]
     return max(stops, key=lambda s: s.gain_over(at)[0] - PARAMETER_GAIN * s.parameters, default=None)
 
 
@@ -244,4 +249,5 @@ def _choices(fitted: Fitted) -> list[tuple[str, int]]:
 
 def _log_left(fitted: Fitted) -> float:
     """Sum over the channels of the log of what is left; infinite where the model stops."""
-    return float(np.nan_to_num(np.sum(np.log(fitted.rmse / fitted.spread)), nan=np.inf, neginf=-np.inf))
+    left = float(np.sum(np.log(fitted.rmse / fitted.spread)))
+    return np.inf if np.isnan(left) else left
