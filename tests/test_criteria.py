@@ -16,13 +16,13 @@ ROOT = Path(__file__).parents[1]
 
 FINENESS = {
     "rows and samples": ("REACH", "ROWS", "SIMULATED_ROWS", "COMPARED_ROWS", "PROBE_ROWS", "LONG_ROWS", "COLUMNS",
-                         "REPLAYED", "STEP", "LENGTH", "ROUNDED", "FEWEST"),
+                         "REPLAYED", "STEP", "LENGTH", "ROUNDED", "FEWEST", "PAST_SAMPLES"),
     "bins": ("FEWEST_BINS", "BINS", "HALF_WIDTH"),
     "draws": ("NULLS", "SURROGATES", "RESAMPLES", "SMALLEST", "LEVEL"),
     "numerics": ("STEPS", "RIDGE", "DAMPING", "DECIBEL", "SHAPES", "SHRUNK", "FIRST_STEPS", "FIRST_ROWS",
                  "EARLY_STEPS", "PROBE_STEPS", "FOLD_STEPS", "FURTHER_STEPS", "LAST_STEPS", "REFINED_STEPS",
                  "REFINED_CHANGE", "REFINED_GAIN", "INDEPENDENT", "AT_AN_END", "PROPORTIONAL",
-                 "NUISANCE_STARTS", "OVERTAKINGS", "TWINS", "UNREACHED", "NOISE_DEVIATIONS"),
+                 "NUISANCE_STARTS", "OVERTAKINGS", "TWINS", "UNREACHED", "NOISE_DEVIATIONS", "PAST_STROKES"),
     "the library of functions": ("DISTANCES", "SPEEDS", "WIDTHS", "LAGS", "CENTRED", "HOLD", "TURNING_RAD", "ALIKE",
                                  "BLOCKS", "MOST_FOLDS", "HARMONICS", "SINGLE", "HATS", "LAGGED"),
     "what a page holds": ("LEADING", "MOST_PLACES", "MOST_RUNS", "MOST_DRAWN", "DISTINCT"),

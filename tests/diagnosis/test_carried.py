@@ -47,6 +47,13 @@ def test_what_the_move_costs_on_the_fitted_runs_counts(rig: Rig, known: dict[str
     assert found < rms(fitted.held_out_errors(others))[0] ** 2
 
 
+def test_a_fit_is_looked_at_on_runs_that_it_was_not_fitted_to(slow: Fitted, rig: Rig) -> None:
+    held = [rig(93), rig(94, pace=1.2)]
+    for there, late in zip(slow.on(held).residuals, slow.held_out_errors(held), strict=True):
+        assert there.shape[0] > late.shape[0]
+        np.testing.assert_array_equal(there[-late.shape[0] :], late)
+
+
 def scaled(run: FitRun, factor: float) -> FitRun:
     return FitRun(run.name, run.time, run.inputs, factor * run.targets)
 

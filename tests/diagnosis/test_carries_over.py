@@ -16,7 +16,7 @@ from tsm_fmu.diagnosis.fits.disguise import disguised
 
 LIMITS = {
     "wear.L": (0.31, 47.0), "breakaway_ageing.theta_0": (0.066, 83.0), "breakaway_ageing.L_0": (1e-4, 0.3),
-    "x_out.creep.tau": (0.07, 91.0), "thermal.v_0": (0.01, 0.4),
+    "x_out.creep.tau": (0.07, 91.0), "thermal.v_0": (0.01, 0.4), "viscous.p": (0.125, 4.0),
 }  # fmt: skip
 
 
@@ -41,6 +41,9 @@ def fit(moved: float = 0.083, **values: float) -> Any:
         ("breakaway_ageing", {"breakaway_ageing__theta_0": 1.3, "breakaway_ageing__L_0": 1e-4}, False),  # no time
         ("creep@x_out", {"x_out__creep__tau": 0.07}, True),
         ("creep@x_out", {"x_out__creep__tau": 5.0}, False),
+        ("viscous", {"viscous__p": 0.12501}, True),  # next to constant: Coulomb's
+        ("viscous", {"viscous__p": 3.97}, True),  # nothing, and then a wall
+        ("viscous", {"viscous__p": 0.14}, False),
         ("thermal", {"thermal__v_0": 0.01, "thermal__tau": 3.0}, False),  # a speed, and a time without a range
         ("inertia", {}, False),
     ],
@@ -57,6 +60,12 @@ def test_a_law_of_time_that_does_the_same_at_the_end_of_its_range_is_another_one
     everywhere = {name.replace(".", "__"): 1.0 for name in LIMITS}
     assert disguised(fit(moved, **everywhere), "creep@x_out") is expected
     assert not disguised(fit(moved, **everywhere), "wear"), "a travel"
+
+
+@pytest.mark.parametrize(("moved", "expected"), [(0.0033, False), (0.0035, True)])
+def test_an_exponent_that_does_nothing_may_be_anywhere(moved: float, expected: bool) -> None:
+    """Friction that is linear in the speed has no power term."""
+    assert disguised(fit(moved, viscous__p=0.125), "viscous") is expected
 
 
 @pytest.mark.parametrize(("theta_0", "expected"), [(0.066, "inertia"), (1.7, "breakaway_ageing")])

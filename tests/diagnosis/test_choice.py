@@ -148,6 +148,8 @@ def test_what_leaves_half_of_that_on_all_runs_is_there_whatever_reference_runs_l
     plain = made("", 0.02, 0.02 if held else None, discrepancy=0.02, referenced=True)
     one = made("breakaway_ageing", left, held, discrepancy=0.02, referenced=True)
     assert names(choice_of([plain, one], plain)) == [("breakaway_ageing",) if named else ()]
+    plain, one = replace(plain, folded=True), replace(one, folded=True)  # the measured runs again, left out in turn
+    assert names(choice_of([plain, one], plain)) == [()]
 
 
 @pytest.mark.parametrize(("left", "named"), [(0.0369, True), (0.0425, False)])

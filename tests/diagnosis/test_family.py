@@ -126,6 +126,12 @@ def test_laws_of_another_kind_that_predict_far_more_contradict_a_name(
     evidence += [FamilyShare("sensor", "x_out", 0.99), FamilyShare("sensor", "tau_in", 0.98)]
     before: Any = SimpleNamespace(measured=np.array([1.0, 1.0, 1.0]))
     assert contradicted(choice, before, evidence) is none
+    there = {
+        "yes": [FamilyShare(about(s).family, "F", 0.61) for s in answer_is],
+        "no": [FamilyShare("load", "F", 0.61)],
+    }
+    assert not contradicted(choice, before, evidence, lambda: there["yes"])  # other motions show it
+    assert contradicted(choice, before, evidence, lambda: there["no"]) is none
     one.measured[1] = 0.029  # as little as a right name may leave of what it removes: 3 %
     assert not contradicted(choice, before, evidence)
 

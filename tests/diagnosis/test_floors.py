@@ -113,8 +113,9 @@ def test_of_what_was_removed_part_may_be_more_than_on_reference_runs() -> None:
         assert open_(fit(0.1), base, fit(0.05)) is is_open
 
 
-@pytest.mark.parametrize(("made", "is_open"), [(0.099, True), (0.101, False)])
+@pytest.mark.parametrize(("made", "is_open"), [(0.0768, True), (0.0771, False)])
 def test_steps_of_a_converter_explain_as_much_as_they_make(made: float, is_open: bool) -> None:
+    """And what a fit to stairs is off: 1.3 times that."""
     fitted = fit(0.1, 0.5)
     assert open_(fitted, steps=(made, 0.0)) is is_open
     assert open_(fitted)
@@ -123,7 +124,7 @@ def test_steps_of_a_converter_explain_as_much_as_they_make(made: float, is_open:
 @pytest.mark.parametrize(
     ("made", "left_there", "is_open"),
     [
-        (0.0917, 0.0305, True), (0.0917, 0.0309, False),  # squares add: 0.1^2 = 0.0917^2 + (1.3 * 0.0307)^2
+        (0.07, 0.0317, True), (0.07, 0.0321, False),  # squares add: 0.1^2 = (1.3 * 0.07)^2 + (1.3 * 0.0319)^2
         (0.0768, 0.07691, True), (0.0768, 0.07694, False),  # what leaves as much there as the steps make has them too
     ],
 )  # fmt: skip

@@ -13,7 +13,7 @@ from tsm_fmu.diagnosis.choice.floors import floors_of, mostly_explained, open_ch
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, hypothesis
 from tsm_fmu.diagnosis.choice.patches import without_patches
 from tsm_fmu.diagnosis.choice.supported import Choice
-from tsm_fmu.diagnosis.fits.quantised import coarse, with_levels
+from tsm_fmu.diagnosis.fits.quantised import coarse, with_levels, without_blur
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, as_given
 from tsm_fmu.diagnosis.runs.gate import gate
 from tsm_fmu.kernels.arrays import FloatArray
@@ -210,6 +210,36 @@ def test_no_levels_where_there_are_none_or_they_do_no_harm(rig: Rig) -> None:
     assert coarse(plain, ["F"], np.array([0.7])) == []
     assert coarse([converted(run, lambda y: y, 5) for run in plain], ["F"], np.array([0.7])) == []
     assert coarse([converted(run, rounded(0.0031)) for run in plain], ["F"], np.array([0.7])) == []
+
+
+@pytest.mark.parametrize(("blur", "spikes"), [(1e-6, 0), (3e-3, 0), (0.015, 0), (0.0, 3), (3e-3, 3)])
+def test_levels_are_read_through_noise_behind_the_converter(rig: Rig, blur: float, spikes: int) -> None:
+    """As an analog line adds, or the interpolation of a logger."""
+    q, rng = 0.0731, np.random.default_rng(5113)
+    runs = [converted(rig(seed), rounded(q)) for seed in (64, 65)]
+    runs = [replace(run, targets=run.targets + blur * q * rng.normal(size=run.targets.shape)) for run in runs]
+    for k in range(spikes):
+        runs[0].targets[137 + 211 * k] += 0.4321 + 0.3 * k
+    (found,) = coarse(runs, ["F"], np.array([0.7]))
+    assert found.q == pytest.approx(q, rel=1e-3)
+    assert (found.y_0 / found.q + 0.5) % 1.0 - 0.5 == pytest.approx(0.0, abs=2e-3)
+
+
+def test_levels_that_noise_hides_are_none(rig: Rig) -> None:
+    q, rng = 0.0731, np.random.default_rng(5114)
+    runs = [converted(rig(seed), rounded(q)) for seed in (64, 65)]
+    for blur in (0.08, 0.2, 0.5):
+        blurred = [replace(run, targets=run.targets + blur * q * rng.normal(size=run.targets.shape)) for run in runs]
+        assert coarse(blurred, ["F"], np.array([0.7])) == []
+
+
+@pytest.mark.parametrize("size", [0, 1, 2, 19, 30, 400])
+def test_values_that_do_not_gather_round_levels_stay_as_they_are(size: int) -> None:
+    rng = np.random.default_rng(5115 + size)
+    for y in (rng.normal(size=size), np.sin(np.arange(size) * 0.037), np.full(size, 0.37)):
+        np.testing.assert_array_equal(without_blur(y), y)
+    two = np.where(np.arange(size) % 2 == 0, -1.3, 0.7) + 1e-4 * rng.normal(size=size)  # a pair is no scale
+    np.testing.assert_array_equal(without_blur(two), two)
 
 
 def test_a_fit_with_levels_stands_on_them_and_changes_nothing_else(rig: Rig) -> None:

@@ -27,7 +27,7 @@ OTHER_MEANING = {("checking/sensor.py", "quantisation"), ("cosim/order.py", "del
 UNITS = {
     "stroke": "{x}", "per stroke": "1/({y})", "position": "{x}|rad", "travel": "{x}", "speed": "{x}/s",
     "acceleration": "{x}/s2", "time": "s", "load": "{load}", "turns": "{x}/rad", "angle": "rad", "number": "1",
-    "share": "1", "width": "rad", "centre": "{x}",
+    "share": "1", "exponent": "1", "width": "rad", "centre": "{x}",
 }  # fmt: skip
 """Unit of a shape by its scale."""
 
@@ -89,7 +89,7 @@ def test_ranges_of_shapes_are_in_their_unit_and_within_their_bounds(module):
         q = quantities[name]
         assert q.unit in UNITS[shape.scale].split("|"), name
         assert shape.lo <= shape.hi
-        if shape.scale in ("number", "angle", "share"):
+        if shape.scale in ("number", "exponent", "angle", "share"):
             assert q.lo <= shape.lo <= shape.hi <= q.hi
         if shape.scale in ("position", "centre"):
             assert np.isneginf(q.lo)

@@ -24,6 +24,10 @@ FORGOTTEN_STROKE_SHARE = 0.1
 """A run is compared once the drive has moved by this part of its stroke, five presliding distances of the usual size:
 until then its friction is that of a past which is not in the log."""
 
+FORGOTTEN_TRAVEL_SHARE = 0.5
+"""Nor is it compared later than after this part of the longest stroke, five presliding distances of the longest size: a
+model that lacks an effect may take friction for a spring, and remembers for ever."""
+
 LEFT_OUT_SHARE = 0.5
 """At most this part of a run is left out for that."""
 
@@ -51,7 +55,7 @@ REST_DEVIATIONS = 3.0
 UNRESOLVED_SPREAD_SHARE = 0.02
 """A value is not compared where what the log does not say of the motion between two samples makes more than this."""
 
-UNRESOLVED_MOST_SHARE = 0.3
+UNRESOLVED_MOST_SHARE = 0.6
 """At most this part of a run is left out for that: a log that resolves less is compared as it is."""
 
 LONG_STAY_RATIO = 8.0
@@ -97,8 +101,16 @@ REFERENCED_SHAPE_SPREAD_SHARE = 0.03
 IDLE_SPREAD_SHARE = 0.002
 """A nuisance parameter that does less is left out of the answer's model: nobody would see it."""
 
-LEVEL_STEP_SHARE = 1e-3
-"""Values lie on the levels of a converter if they are off by less than this part of a step, the digits of the log."""
+LEVEL_STEP_SHARE = 0.05
+"""Values lie on the levels of a converter if 99 of 100 are off by less than this part of a step: noise added behind it,
+or the digits of the log. Of values spread evenly one of ten is."""
+
+LEVEL_GAP_RATIO = 10.0
+"""The least gap between two levels over the largest between two values of one: of values without levels neighbouring
+gaps differ by far less."""
+
+VALUES_OF_A_LEVEL = 10
+"""On average, as many values at least are at each level: fewer are no levels but values apart."""
 
 # Which hypothesis the runs support
 

@@ -46,7 +46,7 @@ from .fits.placing import not_applicable
 from .fits.ranges import forgetting_ranges, level_ranges
 from .fits.refit import Fitted, Task, as_given
 from .result import MISSING, Diagnosis
-from .runs.beginning import beginning_note
+from .runs.beginning import beginning_note, friction_channels
 from .runs.displacement import with_speeds_of_position
 from .runs.drivers import drives_of
 from .runs.gate import Modelled, gate
@@ -195,10 +195,10 @@ def _as_modelled(records: Sequence[Record], runs: PreparedRuns, task: Callable[[
 
 
 def _where_known(runs: PreparedRuns, task: Task, progress: Progress) -> tuple[PreparedRuns, Task]:
-    """The same, compared where the steps of an encoder leave no doubt of the motion."""
-    if not any(runs.others):
+    """The same, compared where neither the steps of an encoder nor the past of a run leave doubt of the friction."""
+    if not runs.model.motion or not friction_channels(runs.model) & set(runs.channels):
         return runs, task
-    progress("what the steps of the position leave open")
+    progress("what the log leaves open of the motion")
     runs = compared_where_known(runs, refitted_model(task, runs.effects))
     return runs, replace(task, runs=thinned_for_search(runs.model, runs.measured, runs.channels))
 
@@ -256,8 +256,13 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
         hypotheses = Search(runs.model, fitted, holdout, progress).hypotheses()
         result = select(hypotheses, fitted, holdout, progress)
         progress("families")
-        evidence = family_evidence(result.baselines.refitted.fitted, runs.measured)
-        if contradicted(result.choice, result.baselines.refitted, evidence) or clock_runs_slow(result.choice):
+        base = result.baselines.refitted
+        evidence = family_evidence(base.fitted, runs.measured)
+
+        def elsewhere() -> tuple[FamilyShare, ...]:
+            return family_evidence(base.fitted.on(holdout), runs.holdout) if holdout else ()
+
+        if contradicted(result.choice, base, evidence, elsewhere) or clock_runs_slow(result.choice):
             result = without_names(result)
         hidden, inapplicable = _not_excited(runs, result)
         tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]

@@ -28,7 +28,7 @@ class Params(NamedTuple):
     f_v: Annotated[float, Quantity("{F}/({x}/s)", "viscous coefficient, Eq (1)", lo=0.0), Size()] = 0.0
     q: Annotated[float, Quantity("{F}", "force of the power term at unit speed, Eq (1)", lo=0.0), Size()] = 0.0
     p: Annotated[
-        float, Quantity("1", "exponent of the power term, Eq (1)", lo=0.1, hi=4.0), Shape("number", 0.25, 1.0)
+        float, Quantity("1", "exponent of the power term, Eq (1)", lo=0.1, hi=4.0), Shape("exponent", 0.25, 2.0)
     ] = 0.5
 
 

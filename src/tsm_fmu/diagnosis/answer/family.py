@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -36,7 +36,7 @@ def family_evidence(fitted: Fitted, runs: Sequence[FitRun]) -> tuple[FamilyShare
     fitted : Fitted
         The refitted model without any effect of the answer.
     runs : sequence of FitRun
-        All samples of the measured runs.
+        All samples of its runs.
     """
     whole = fitted.at(runs)
     problem, places = whole.problem, places_of(whole)
@@ -49,7 +49,10 @@ def family_evidence(fitted: Fitted, runs: Sequence[FitRun]) -> tuple[FamilyShare
     return tuple(sorted(found, key=lambda f: -f.share))
 
 
-def contradicted(choice: Choice, refitted: Hypothesis, evidence: Sequence[FamilyShare]) -> bool:
+def contradicted(
+    choice: Choice, refitted: Hypothesis, evidence: Sequence[FamilyShare],
+    elsewhere: Callable[[], Sequence[FamilyShare]] = tuple,
+) -> bool:  # fmt: skip
     """Whether laws of another kind than those of an answer predict most of what the model lacks.
 
     Either they leave little where those of the answer leave most, or the few of a sensor (its size, its rate, a delay
@@ -57,6 +60,8 @@ def contradicted(choice: Choice, refitted: Hypothesis, evidence: Sequence[Family
     change, that of which it removes most. What leaves no more there than a right name may is not contradicted: what
     the functions predict is without the moves of the model's parameters, which a refit has. Nor are, as a rule, effects
     that are not among the functions of their family (bursts, steps of a converter): no others predict most of them.
+    Where other motions show much of what the answer is a law of, measured runs that show little of it, beside the form
+    of the model, do not speak against it.
 
     Parameters
     ----------
@@ -66,6 +71,8 @@ def contradicted(choice: Choice, refitted: Hypothesis, evidence: Sequence[Family
         The model without effects.
     evidence : sequence of FamilyShare
         Of `family_evidence`.
+    elsewhere : callable
+        Gives the same of runs that were not fitted; only called when it is asked for.
     """
     families = {family for h in choice.supported for spec in h.effects for family in _families_at_its_place(spec)}
     if not choice.winner.acts.any():
@@ -75,12 +82,18 @@ def contradicted(choice: Choice, refitted: Hypothesis, evidence: Sequence[Family
     if removed[c] - 1.0 > 1.0 / LAW_FORM_SHARE:
         return False
     channel = choice.winner.fitted.problem.channels[c]
-    shares = {e.family: e.share for e in evidence if e.channel == channel}
-    own, most = max(shares.get(f, 0.0) for f in families), max(shares.values(), default=0.0)
-    of_sensor = shares.get("sensor", 0.0)
-    bends = most > CONTRADICTING_SHARE and own < 0.5 * most
-    simpler = of_sensor > CONTRADICTING_SHARE and 1.0 - of_sensor < MUCH_LESS_RATIO * (1.0 - own)
-    return bends or simpler
+
+    def own_and_against(shares: Mapping[str, float]) -> tuple[float, bool]:
+        own, most = max(shares.get(f, 0.0) for f in families), max(shares.values(), default=0.0)
+        of_sensor = shares.get("sensor", 0.0)
+        bends = most > CONTRADICTING_SHARE and own < 0.5 * most
+        simpler = of_sensor > CONTRADICTING_SHARE and 1.0 - of_sensor < MUCH_LESS_RATIO * (1.0 - own)
+        return own, bends or simpler
+
+    if not own_and_against({e.family: e.share for e in evidence if e.channel == channel})[1]:
+        return False
+    own, against = own_and_against({e.family: e.share for e in elsewhere() if e.channel == channel})
+    return against or own < CONTRADICTING_SHARE
 
 
 def _families_at_its_place(spec: str) -> set[Family]:

@@ -125,7 +125,8 @@ def open_channels(
     stepped = fitted.task.steps > 0.0  # what is between two levels follows the motion and wanders
     found = lawful | (wandering & ~stepped)
     there = np.zeros_like(mean_square) if reference_fit is None else REFERENCE_RATIO * reference_fit.rmse
-    above = above_floor(mean_square, fitted.task.steps, there)
+    # a refit to stairs is a little off, and one to stairs of a converter that truncates more
+    above = above_floor(mean_square, REFERENCE_RATIO * fitted.task.steps, there)
     if reference_fit is not None:
         found = (found & (above > 0.0)) | (above > np.maximum((least * spread) ** 2, form))
     return found & (~stepped | (above > 0.0))

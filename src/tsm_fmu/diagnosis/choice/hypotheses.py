@@ -51,6 +51,8 @@ class Hypothesis:
         Independent samples that the residual is worth on either.
     form_corrections : tuple of str
         Effects that correct the form of the model, and nuisance effects that do: none of them is missing.
+    folded : bool
+        Whether ``held_out`` is of measured runs that were left out in turn.
     nuisance_tests : callable, optional
         Gives `tested`, where another hypothesis with the same fit knows it; only called when it is asked for.
     """
@@ -63,6 +65,7 @@ class Hypothesis:
     effective: FloatArray
     effective_held_out: FloatArray
     form_corrections: tuple[str, ...] = ()
+    folded: bool = False
     nuisance_tests: Callable[[], Mapping[str, tuple[float, Fitted]]] | None = field(
         default=None, repr=False, compare=False
     )
@@ -206,5 +209,6 @@ def left_out_in_turn(one: Hypothesis) -> Hypothesis:
         one,
         held_out=left.mean_square,
         effective_held_out=left.effective,
+        folded=True,
         nuisance_tests=lambda: one.tested,
     )

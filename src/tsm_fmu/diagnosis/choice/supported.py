@@ -252,8 +252,10 @@ def _within_allowance(
     if one.held_out is not None and best.held_out is not None and baseline_held_out is not None:
         pairs.append((one.held_out, best.held_out, baseline_held_out, best.effective_held_out))
     free = best.values_of_runs > one.values_of_runs
-    # other motions than theirs may show less of the form of the model: what halves that on all runs is no form of it
-    much_less = np.all([least < MUCH_LESS_RATIO * mine for mine, least, *_ in pairs], axis=0) & (len(pairs) > 1)
+    # other motions than theirs may show less of the form of the model: what halves that on all runs, with motions of
+    # their own among them, is no form of it
+    others = len(pairs) > 1 and not best.folded
+    much_less = np.all([least < MUCH_LESS_RATIO * mine for mine, least, *_ in pairs], axis=0) & others
     worse, better, gains = [], [], []
     for mine, least, before, effective in pairs:
         removed = np.maximum(before - np.minimum(mine, least), 0.0)

@@ -2,8 +2,8 @@
 
 Break-away that ages within a sample is a step after every rest, wear that is over at once a start-up: some other law,
 in the words of this one; a drum of as few turns as it may have is any smooth law of the position, and so is a spring
-that stiffens about an end of the stroke. Only scales in time, travel, turns, widths and centres count: of them a
-signature is made.
+that stiffens about an end of the stroke; a power of the speed with next to no exponent is Coulomb's. Only scales in
+time, travel, turns, widths, centres and exponents count: of them a signature is made.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .placing import least_stroke
 from .refit import Fitted
 from .response import places_of
 
-SCALES = ("time", "travel", "turns", "width", "centre")
+SCALES = ("time", "travel", "turns", "width", "centre", "exponent")
 AT_AN_END = 0.02
 """Part of itself by which a scale may miss the end of its range: refits stop so near. And the part of what a law does
 that the least scale may change of it, to call it the same."""
@@ -56,7 +56,9 @@ def disguised(fitted: Fitted, spec: str) -> bool:
             if abs(value - 0.5 * (lo + hi)) > 0.5 * CENTRED_SHARE * (hi - lo) / SHAPE_RANGE_RATIO:
                 return True
             continue
-        if value <= lo * (1.0 + AT_AN_END) or (value >= hi * (1.0 - AT_AN_END) and not straight):
+        at_an_end = value <= lo * (1.0 + AT_AN_END) or (value >= hi * (1.0 - AT_AN_END) and not straight)
+        idle = shape.scale == "exponent" and _same_at(np.sqrt(lo * hi), name, fitted, spec)  # of a power of no size
+        if at_an_end and not idle:
             return True
         if shape.scale == "time" and _same_at(lo, name, fitted, spec):
             return True

@@ -1,5 +1,5 @@
-"""Which values of a run its readings determine: where a model tells motions with the same readings apart, what it makes
-of the run is no statement on its law.
+"""Which values of a run its log determines: where a model tells motions with the same readings apart, or pasts before
+the log, what it makes of the run is no statement on its law.
 """
 
 from __future__ import annotations
@@ -10,15 +10,18 @@ import numpy as np
 
 from ...kernels.arrays import FloatArray
 from ...regression.problem import FitRun
-from ..criteria import LEFT_OUT_SHARE, UNRESOLVED_SPREAD_SHARE
+from ..criteria import FORGOTTEN_TRAVEL_SHARE, LEFT_OUT_SHARE, UNRESOLVED_SPREAD_SHARE
 from ..runs.beginning import friction_channels
 from ..runs.elsewhere import Elsewhere
+from ..runs.pasts import coming_from, travel
 from ..runs.prepared import PreparedRuns
 from .refit import Fitted
 
 
 def compared_where_known(runs: PreparedRuns, fitted: Fitted) -> PreparedRuns:
     """Runs without the values of friction channels that a model tells apart for motions with the same readings.
+
+    They begin where it no longer tells from which side the drive came before the log.
 
     Parameters
     ----------
@@ -32,9 +35,17 @@ def compared_where_known(runs: PreparedRuns, fitted: Fitted) -> PreparedRuns:
     apart = np.where(frictional, np.sqrt(12.0) * UNRESOLVED_SPREAD_SHARE * fitted.spread, np.inf)  # evenly in between
 
     def known(run: FitRun, other: Elsewhere | None) -> FitRun:
+        up, down = (_simulated(coming_from(runs.model, run, way, runs.stroke), fitted) for way in (1.0, -1.0))
+        travelled = travel(runs.model, run) < FORGOTTEN_TRAVEL_SHARE * runs.stroke
+        remembers = np.flatnonzero((np.abs(up - down) > apart).any(axis=1) & travelled)
+        if remembers.size:
+            whole = run.lead_time.size + run.time.size
+            most = max(int(LEFT_OUT_SHARE * whole) - run.lead_time.size, 0)
+            run = run.compared_from(min(int(remembers[-1]) + 1, most))
         if other is None:
             return run
-        found = np.abs(_simulated(run, other.late, fitted) - _simulated(run, other.early, fitted)) > apart
+        late, early = (_simulated(_moved(run, inputs), fitted) for inputs in (other.late, other.early))
+        found = np.abs(late - early) > apart
         return run.leaving_out(found & (found.mean(axis=0) <= LEFT_OUT_SHARE))
 
     every = (*runs.measured, *runs.reference, *runs.holdout)
@@ -43,7 +54,11 @@ def compared_where_known(runs: PreparedRuns, fitted: Fitted) -> PreparedRuns:
     return replace(runs, measured=every[: ends[0]], reference=every[ends[0] : ends[1]], holdout=every[ends[1] :])
 
 
-def _simulated(run: FitRun, inputs: FloatArray, fitted: Fitted) -> FloatArray:
+def _moved(run: FitRun, inputs: FloatArray) -> FitRun:
     lead = run.lead_time.size
-    moved = replace(run, inputs=inputs[lead:], lead_inputs=inputs[:lead], unresolved=np.empty((0, 0), bool))
-    return fitted.problem.with_runs([moved]).outputs(0, fitted.table[0])
+    return replace(run, inputs=inputs[lead:], lead_inputs=inputs[:lead])
+
+
+def _simulated(run: FitRun, fitted: Fitted) -> FloatArray:
+    whole = replace(run, unresolved=np.empty((0, 0), bool))
+    return fitted.problem.with_runs([whole]).outputs(0, fitted.table[0])

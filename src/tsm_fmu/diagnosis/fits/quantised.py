@@ -14,7 +14,7 @@ from ...kernels.kernel import kernel
 from ...logs.quantisation import quantisation_step
 from ...regression.problem import FitRun, Problem
 from ...regression.specification import search_space
-from ..criteria import EFFECT_SPREAD_SHARE, LEVEL_STEP_SHARE
+from ..criteria import EFFECT_SPREAD_SHARE, LEVEL_GAP_RATIO, LEVEL_STEP_SHARE, VALUES_OF_A_LEVEL
 from .refit import Fitted
 
 READ = next(module for module in EFFECTS if module.ABOUT.role == "read")
@@ -54,7 +54,7 @@ def coarse(runs: Sequence[FitRun], channels: Sequence[str], spread: FloatArray) 
     found = []
     for c, channel in enumerate(channels):
         y = np.concatenate([run.targets[:, c] for run in runs])
-        q = quantisation_step(y)
+        q = quantisation_step(without_blur(y))
         if q / np.sqrt(12.0) <= EFFECT_SPREAD_SHARE * spread[c]:
             continue
         turn = np.exp(2j * np.pi * y / q)
@@ -62,6 +62,32 @@ def coarse(runs: Sequence[FitRun], channels: Sequence[str], spread: FloatArray) 
         off = np.abs((y - y_0) / q - np.round((y - y_0) / q))
         if np.quantile(off, 0.99) < LEVEL_STEP_SHARE:
             found.append(Levels(channel, float(q), y_0))
+    return found
+
+
+def without_blur(y: FloatArray) -> FloatArray:
+    """Values with the small noise that was added behind a converter taken off: those of a level are its median.
+
+    As they are where they do not gather round levels, many at each: the gaps between two levels then stand apart from
+    those between two values of one.
+
+    Parameters
+    ----------
+    y : ndarray, shape (n,)
+    """
+    order = np.argsort(y, kind="stable")
+    gaps = np.diff(y[order])
+    ranked = np.sort(gaps)[::-1]
+    most = y.size // VALUES_OF_A_LEVEL
+    if most < 2:
+        return y
+    falls = ranked[1:most] / np.maximum(ranked[2 : most + 1], 1e-200)
+    between = int(np.argmax(falls)) + 2  # gaps: three levels or more, as of two any values make a pair
+    if falls[between - 2] < LEVEL_GAP_RATIO:
+        return y
+    found = np.empty_like(y)
+    for level in np.split(order, np.flatnonzero(gaps >= ranked[between - 1]) + 1):
+        found[level] = np.median(y[level])
     return found
 
 

@@ -2,7 +2,8 @@
 
 A presliding state forgets where it began as exp(-travel / x_pre), whatever its law. Until the drive has moved by a few
 presliding distances, its friction belongs to that unknown past; a run whose friction is measured is compared from there
-on, and simulated from its first sample. A gap of the log is such a past too, unless it is of a few rows.
+on, and simulated from its first sample. Once a fit knows how long its model remembers that counts too: see `pasts`. A
+gap of the log is such a past too, unless it is of a few rows.
 """
 
 from __future__ import annotations
@@ -83,5 +84,6 @@ def beginning_note(runs: Sequence[FitRun]) -> tuple[str, ...]:
     share = f"{100.0 * FORGOTTEN_STROKE_SHARE:.0f} %"
     return (
         f"each run is compared from {low if low == high else f'{low} to {high}'} s after its start, once the drive has "
-        f"moved by {share} of its stroke: before, its friction is that of a past which is not in the log",
+        f"moved by {share} of its stroke and the model has forgotten from which side it came: before, its friction is "
+        "that of a past which is not in the log",
     )
