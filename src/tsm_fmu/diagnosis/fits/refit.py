@@ -337,7 +337,8 @@ def _forgotten(problem: Problem, start: FloatArray) -> list[str]:
             row = start[k].copy()
             row[problem.fields.index(name)] += 1e-6
             moved = problem.outputs_with_lead(k, row) - problem.outputs_with_lead(k, start[k])
-            change = np.nan_to_num(moved)[:, problem.columns] ** 2
+            with np.errstate(over="ignore"):  # of a model that runs away: remembered
+                change = np.nan_to_num(moved)[:, problem.columns] ** 2
             in_compared, all_ = in_compared + float(change[run.lead_time.size :].sum()), all_ + float(change.sum())
         if in_compared < REMEMBERED_SHARE**2 * all_:
             found.append(name)
