@@ -46,7 +46,7 @@ from .fits.placing import not_applicable
 from .fits.ranges import forgetting_ranges, level_ranges
 from .fits.refit import Fitted, Task, as_given
 from .result import MISSING, Diagnosis
-from .runs.beginning import beginning_note, friction_channels
+from .runs.beginning import beginning_note, remembers
 from .runs.displacement import with_speeds_of_position
 from .runs.drivers import drives_of
 from .runs.gate import Modelled, gate
@@ -196,7 +196,7 @@ def _as_modelled(records: Sequence[Record], runs: PreparedRuns, task: Callable[[
 
 def _where_known(runs: PreparedRuns, task: Task, progress: Progress) -> tuple[PreparedRuns, Task]:
     """The same, compared where neither the steps of an encoder nor the past of a run leave doubt of the friction."""
-    if not runs.model.motion or not friction_channels(runs.model) & set(runs.channels):
+    if not remembers(runs.model, runs.channels):
         return runs, task
     progress("what the log leaves open of the motion")
     runs = compared_where_known(runs, refitted_model(task, runs.effects))

@@ -57,9 +57,8 @@ def disguised(fitted: Fitted, spec: str) -> bool:
                 return True
             continue
         at_an_end = value <= lo * (1.0 + AT_AN_END) or (value >= hi * (1.0 - AT_AN_END) and not straight)
-        idle = shape.scale == "exponent" and _same_at(np.sqrt(lo * hi), name, fitted, spec)  # of a power of no size
-        if at_an_end and not idle:
-            return True
+        if at_an_end and not (shape.scale == "exponent" and _same_at(np.sqrt(lo * hi), name, fitted, spec)):
+            return True  # but for the exponent of a power of no size, which may be anywhere
         if shape.scale == "time" and _same_at(lo, name, fitted, spec):
             return True
     return False

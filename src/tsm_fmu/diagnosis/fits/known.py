@@ -11,7 +11,7 @@ import numpy as np
 from ...kernels.arrays import FloatArray
 from ...regression.problem import FitRun
 from ..criteria import FORGOTTEN_TRAVEL_SHARE, LEFT_OUT_SHARE, UNRESOLVED_SPREAD_SHARE
-from ..runs.beginning import friction_channels
+from ..runs.beginning import compared_late, friction_channels
 from ..runs.elsewhere import Elsewhere
 from ..runs.pasts import coming_from, travel
 from ..runs.prepared import PreparedRuns
@@ -32,16 +32,15 @@ def compared_where_known(runs: PreparedRuns, fitted: Fitted) -> PreparedRuns:
     frictional = np.isin(fitted.problem.channels, list(friction_channels(runs.model)))
     if not frictional.any():
         return runs
+    stroke = runs.stroke
     apart = np.where(frictional, np.sqrt(12.0) * UNRESOLVED_SPREAD_SHARE * fitted.spread, np.inf)  # evenly in between
 
     def known(run: FitRun, other: Elsewhere | None) -> FitRun:
-        up, down = (_simulated(coming_from(runs.model, run, way, runs.stroke), fitted) for way in (1.0, -1.0))
-        travelled = travel(runs.model, run) < FORGOTTEN_TRAVEL_SHARE * runs.stroke
-        remembers = np.flatnonzero((np.abs(up - down) > apart).any(axis=1) & travelled)
-        if remembers.size:
-            whole = run.lead_time.size + run.time.size
-            most = max(int(LEFT_OUT_SHARE * whole) - run.lead_time.size, 0)
-            run = run.compared_from(min(int(remembers[-1]) + 1, most))
+        up, down = (_simulated(coming_from(runs.model, run, way, stroke), fitted) for way in (1.0, -1.0))
+        early_on = travel(runs.model, run) < FORGOTTEN_TRAVEL_SHARE * stroke
+        told = np.flatnonzero((np.abs(up - down) > apart).any(axis=1) & early_on)
+        if told.size:
+            run = compared_late(run, int(told[-1]) + 1)
         if other is None:
             return run
         late, early = (_simulated(_moved(run, inputs), fitted) for inputs in (other.late, other.early))

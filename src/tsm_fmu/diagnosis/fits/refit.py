@@ -113,12 +113,12 @@ class Fitted:
 
     def at(self, runs: Sequence[FitRun]) -> Fitted:
         """A copy with the values found, on the same runs at another sampling."""
-        return Fitted(self.task, self.effects, replace(self.problem, runs=list(runs)), self.table, self.released)
+        return Fitted(self.task, self.effects, self.problem.with_runs(list(runs)), self.table, self.released)
 
     def on(self, runs: Sequence[FitRun]) -> Fitted:
         """A copy with the values found, on runs that were not fitted."""
         table = np.array([self.settled(run) for run in runs])
-        return Fitted(self.task, self.effects, replace(self.problem, runs=list(runs)), table, self.released)
+        return Fitted(self.task, self.effects, self.problem.with_runs(list(runs)), table, self.released)
 
     def refined(self) -> Fitted:
         """A copy at the minimum near by: a refit among many may stop some way before it.

@@ -30,10 +30,20 @@ def compared_after_start(model: Kernel, run: FitRun, channels: Sequence[str]) ->
     channels : sequence of str
         Measured ones.
     """
-    if not model.motion or not friction_channels(model) & set(channels):
+    if not remembers(model, channels):
         return run
-    first = _forgotten(position_of(model, run.time, run.inputs), 0)
-    return run.compared_from(min(first, int(LEFT_OUT_SHARE * run.time.size)))
+    return compared_late(run, _forgotten(position_of(model, run.time, run.inputs), 0))
+
+
+def remembers(model: Kernel, channels: Sequence[str]) -> bool:
+    """Whether what a model makes of some channels depends on where its drive was before."""
+    return bool(model.motion) and bool(friction_channels(model) & set(channels))
+
+
+def compared_late(run: FitRun, first: int) -> FitRun:
+    """The run without its compared samples before ``first``; at most `LEFT_OUT_SHARE` of its log is left out."""
+    lead = run.lead_time.size
+    return run.compared_from(min(first, max(int(LEFT_OUT_SHARE * (lead + run.time.size)) - lead, 0)))
 
 
 def compared_after_gaps(model: Kernel, run: FitRun) -> FitRun:
