@@ -181,7 +181,7 @@ def test_the_gain_of_a_candidate_is_what_one_linear_step_leaves(one: Fitted) -> 
     assert [s.gain for s in found] == sorted((s.gain for s in found), reverse=True)
     mass = next(s for s in found if s.attached.spec == "inertia")
     assert mass.gain > 0.5
-    assert 0.02 < mass.starts[0]["inertia.m"] < 0.06  # of 0.05, of which the fit has taken a part
+    assert 0.02 < mass.starts[0][0]["inertia.m"] < 0.06  # of 0.05, of which the fit has taken a part
     assert found[-1].attached.spec == "coulomb"  # the model has it
     assert found[-1].gain < 0.1
     assert len(mass.starts) == 1

@@ -54,15 +54,15 @@ def fitted(radius: float, law: Callable[[np.ndarray], np.ndarray] = ripple) -> F
 def explained(base: Fitted, spec: str) -> Fitted:
     """The refit with an effect, from where the screening would begin."""
     (seen,) = screen(base, [attach(kernel("LuGreFriction"), spec)])
-    return refit(base.task.limited(seen.limits), (spec,), seen.starts[0], steps=40)
+    return refit(base.task.limited(seen.limits), (spec,), seen.starts[0][0], steps=40)
 
 
 @pytest.mark.parametrize("radius", [0.0173, 0.031])
 def test_the_period_of_a_wheel_of_unknown_size_is_found(radius: float) -> None:
     base = fitted(radius)
     (seen,) = screen(base, [attach(kernel("LuGreFriction"), "drum_periodic~x[m]")])
-    assert seen.starts[0]["drum_periodic.r"] == pytest.approx(radius, rel=0.04)
-    found = refit(base.task.limited(seen.limits), ("drum_periodic~x[m]",), seen.starts[0], steps=40)
+    assert seen.starts[0][0]["drum_periodic.r"] == pytest.approx(radius, rel=0.04)
+    found = refit(base.task.limited(seen.limits), ("drum_periodic~x[m]",), seen.starts[0][0], steps=40)
     assert found.values["drum_periodic.r"] == pytest.approx(radius, rel=0.003)
     amplitudes = [np.hypot(found.values[f"drum_periodic.C_{k}"], found.values[f"drum_periodic.S_{k}"]) for k in (1, 2)]
     assert amplitudes == pytest.approx([0.11, 0.05], rel=0.1)

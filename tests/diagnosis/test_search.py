@@ -34,7 +34,7 @@ def left(added: tuple[str, ...]) -> float:
 def made(added: tuple[str, ...], parameters: int = 5) -> Hypothesis:
     rmse = left(added)
     fitted: Any = SimpleNamespace(
-        spread=np.ones(1), rmse=np.array([rmse]), effects=added, has=lambda _: False,
+        spread=np.ones(1), rmse=np.array([rmse]), cost=rmse**2, effects=added, has=lambda _: False,
         problem=SimpleNamespace(shared=tuple(range(parameters)), per_run=(), declared={}, runs=[]),
         task=Task("", (), (), {}),
     )  # fmt: skip
@@ -63,6 +63,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[tuple[str, ...]]]:
     monkeypatch.setattr(module, "refit_rivals", lambda found, _: list(found))
     monkeypatch.setattr(module, "with_fewer", lambda best, found, *_: list(found))
     monkeypatch.setattr(Search, "_screened", screened)
+    monkeypatch.setattr(Search, "_screened_alone", lambda self, base, spec: [_candidate(spec)])
     monkeypatch.setattr(Search, "_enough", lambda self, found, base: bool(seen["enough"].append(base.added)))
     return seen
 
@@ -78,8 +79,8 @@ def test_the_best_pair_need_not_hold_the_best_single_effect(asked: dict[str, lis
     sets = [frozenset(h.added) for h in found]
     assert frozenset({"creep", "delay"}) in sets
     assert min(found, key=log_residual).added[:2] in {("delay", "creep"), ("creep", "delay")}
-    assert asked["upon"][:2] == [(), ("wear",)]
-    assert set(asked["upon"][2:-1]) == {("creep",), ("delay",), ("thermal",)} - {("creep",)}  # creep is there
+    assert asked["upon"][:3] == [(), ("wear",), ("creep",)]  # the best pair, wear and creep, from its other side too
+    assert set(asked["upon"][3:-1]) == {("delay",), ("thermal",)}  # creep is there
     assert set(asked["upon"][-1]) == {"creep", "delay"}
     assert asked["reference"] == [()]  # beside others the form is known
     assert asked["enough"][0] == ("wear",)
@@ -112,6 +113,12 @@ def test_what_hides_behind_a_nuisance_effect_that_would_be_named_takes_its_place
     assert [h.added for h in search._in_place_of_nuisances([start])] == [("delay@F",)]
     assert asked == [((), ("presliding_shape", "offset_drift@F"), without, ["delay@F"], {"delay@F"})]
     one = SimpleNamespace(supported=(replace(start, nuisance_tests=lambda: {}),))
+    assert search._in_place_of_nuisances([start]) == []
+    # named beside it all the same: with both a refit ends between them
+    one = SimpleNamespace(supported=(replace(made(("delay@F",)), nuisance_tests=lambda: {}),))
+    assert [h.added for h in search._in_place_of_nuisances([start])] == [("delay@F",)]
+    assert asked[1] == asked[0]
+    one = SimpleNamespace(supported=(replace(made(("inertia",)), nuisance_tests=lambda: {}),))
     assert search._in_place_of_nuisances([start]) == []
 
 
@@ -146,8 +153,42 @@ def test_only_so_many_first_effects_are_tried_again(asked: dict[str, list], monk
     for k, name in enumerate(("slack", "inertia", "stribeck", "viscous", "friction_lag", "coulomb")):
         monkeypatch.setitem(SETS, name, 0.71 + 0.01 * k)
     searched()
-    again = asked["upon"][2:-1]
+    again = asked["upon"][3:-1]
     assert again == [("delay",), ("slack",), ("inertia",)]  # the four best of the others, but creep itself
+
+
+@pytest.mark.parametrize(
+    ("lower", "begun"), [({"wear"}, ["wear", "delay"]), ({"wear", "delay"}, ["wear", "delay", "x"])]
+)
+def test_a_pair_in_a_valley_that_its_first_effect_led_to_is_begun_from_its_second(
+    monkeypatch: pytest.MonkeyPatch, lower: set[str], begun: list[str]
+) -> None:
+    """Best first, and no further than where that helps no more; a pair whose second effect was not alone stays."""
+
+    def pair(*added: str, cost: float) -> Hypothesis:
+        one = made(added)
+        one.fitted.cost, one.measured[0] = cost, cost
+        return one
+
+    asked = list[str]()
+
+    def refitted(base: Hypothesis, screened: Any, *_: Any, **__: Any) -> list[Hypothesis]:
+        asked.append(base.added[-1])
+        return [pair(*base.added, s.attached.spec, cost=0.1 if base.added[-1] in lower else 0.9) for s in screened]
+
+    monkeypatch.setattr(module, "refit_candidates", refitted)
+    monkeypatch.setattr(Search, "_screened_alone", lambda self, base, spec: [_candidate(spec)])
+    first = made(("creep",))
+    singles = [made((name,)) for name in ("creep", "wear", "delay", "thermal")]
+    pairs = [
+        pair("creep", name, cost=cost)
+        for name, cost in (("delay", 0.3), ("slack", 0.25), ("wear", 0.2), ("thermal", 0.4))
+    ]
+    search = Search(kernel("LuGreFriction"), SimpleNamespace(), (), lambda _: None)  # pyright: ignore[reportArgumentType]
+    found = {frozenset(h.added): h.added for h in search._from_either_side(pairs, singles, first)}
+    assert set(found) == {frozenset(h.added) for h in pairs}
+    assert asked == [name.replace("x", "thermal") for name in begun]
+    assert {h[0] for h in found.values() if h[1] == "creep"} == lower
 
 
 def test_the_simpler_of_two_that_leave_as_little_is_built_upon() -> None:

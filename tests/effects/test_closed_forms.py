@@ -272,6 +272,12 @@ def test_wear_follows_the_travel_and_not_the_time():
     y = run("wear", {"d": 0.3, "L": 7.0}, time, y=1.0, x=x)
     assert y[-1] == y[3001]
     assert y[-1] == pytest.approx(1.0 + 0.3 * math.exp(-3 * 4 * 1.3 / 7.0), rel=1e-4)
+    steady = run("wear", {"r": 0.017, "X_0": 4.4}, time, y=2.0, x=x)
+    assert steady[0] == pytest.approx(2.0 * (1.0 + 0.017 * 4.4), rel=1e-12)
+    assert steady[-1] == pytest.approx(2.0 * (1.0 + 0.017 * (4.4 + 3 * 4 * 1.3)), rel=1e-4)
+    both = run("wear", {"d": 0.3, "L": 7.0, "r": 0.017, "X_0": 4.4}, time, y=1.0, x=x)
+    run_in = run("wear", {"d": 0.3, "L": 7.0, "X_0": 4.4}, time, y=1.0, x=x)
+    assert both == pytest.approx(run_in + 0.5 * steady - 1.0, rel=1e-12)
 
 
 def test_winding_crossover_bursts_twice_a_turn_and_bends_at_the_layer():

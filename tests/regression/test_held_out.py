@@ -50,6 +50,14 @@ def test_what_two_seconds_cannot_tell_apart_stays_near_the_runs_fitted() -> None
     assert abs(of(fitted, row, "x_h_0")) < 0.3
 
 
+def test_a_state_that_ran_away_in_one_run_is_none_to_begin_from() -> None:
+    """As the travel before a run that came to the log worn in: any large one fits it."""
+    fitted, table = problem(3e3, [(0.31, 0.07), (0.22, -0.04), (0.27, 0.05)])  # forgotten within a sample
+    table[2, fitted.fields.index("x_h_0")] = 4e3
+    row = settled(fitted, table, run("held out", 7, 0.27, 3e3, 0.02), fitted.per_run)
+    assert of(fitted, row, "x_h_0") == pytest.approx(0.07, abs=0.1)
+
+
 @pytest.mark.parametrize("offset", [-7.3, 0.9, 12.6])
 def test_an_offset_far_from_those_of_the_runs_fitted_is_found(offset: float) -> None:
     fitted, table = problem(6.1, [(0.31, 0.07), (0.22, -0.04)])

@@ -314,6 +314,14 @@ SLOW_CLOCK_SHARE = 0.25
 """A delay that grows with time must predict this part of what a constant one leaves to say that a clock runs slow; of
 constant lags it predicts next to nothing."""
 
+TONE_SHARE = 0.3
+"""Part of what a model leaves that a tone makes to be one, in each half of each run: noise has next to none at one
+frequency, and what rings with the motion is not in step with itself."""
+
+TONE_MOTION_RATIO = 8.0
+"""A tone is looked for above this many times the frequency of the motion, which is that of its acceleration over its
+speed: below, it may be a harmonic."""
+
 LITTLE_SPREAD_SHARE = 0.003
 """Where no effect is missing a family is said of what is left if its laws predict more than this: the form of the
 model, of use to who improves it."""

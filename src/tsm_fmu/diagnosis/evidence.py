@@ -201,6 +201,22 @@ class Place:
 
 
 @dataclass(frozen=True)
+class Tone:
+    """A tone that a model leaves of a channel.
+
+    Attributes
+    ----------
+    frequency : float
+        [Hz]
+    rms : float
+        In the channel's SI unit.
+    """
+
+    frequency: float
+    rms: float
+
+
+@dataclass(frozen=True)
 class FamilyShare:
     """What the laws of a family predict of the residual of one channel.
 

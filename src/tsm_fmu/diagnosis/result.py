@@ -28,6 +28,7 @@ from .evidence import (
     Place,
     ResidualShape,
     RunComparison,
+    Tone,
 )
 from .improved import ImprovedModel
 
@@ -63,6 +64,8 @@ class Diagnosis:
         where nothing can be said.
     family_evidence : tuple of FamilyShare
         What the laws of each family predict of the residual of each channel, most first.
+    tones : mapping of str to Tone
+        Tones that the answer's model leaves, by channel: of mains or a pump, and no law of the motion.
     candidates : tuple of Candidate
         Best first.
     steps : tuple of AnswerStep
@@ -111,6 +114,7 @@ class Diagnosis:
     not_applicable: Mapping[str, str] = field(default_factory=dict)
     family: tuple[Family, ...] = ()
     family_evidence: tuple[FamilyShare, ...] = ()
+    tones: Mapping[str, Tone] = field(default_factory=dict)
     candidates: tuple[Candidate, ...] = ()
     steps: tuple[AnswerStep, ...] = ()
     where: tuple[Place, ...] = ()

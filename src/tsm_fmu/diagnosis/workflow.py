@@ -26,6 +26,7 @@ from .answer.next_motion import next_motion
 from .answer.parameters import bound_notes, card_of, changes_of, model_fit, per_run_values
 from .answer.sentence import answer, leading_channel
 from .answer.shape import located, with_position_law
+from .answer.tone import tones_left, with_tones
 from .answer.verdict import Verdict, verdict_of
 from .choice.baselines import baselines, refitted_model
 from .choice.hypotheses import can_leave_out
@@ -40,7 +41,7 @@ from .criteria import (
     PRESLIDING_STROKE_SHARE,
     STRONGEST_RATIO,
 )
-from .evidence import Candidate, FamilyShare, Gap, Gate, NextMotion, RunComparison
+from .evidence import Candidate, FamilyShare, Gap, Gate, NextMotion, RunComparison, Tone
 from .fits.known import compared_where_known
 from .fits.placing import not_applicable
 from .fits.ranges import forgetting_ranges, level_ranges
@@ -70,6 +71,8 @@ class Investigation:
     verdict : Verdict
     evidence : tuple of FamilyShare
         Of what the refitted model leaves.
+    tones : mapping of str to Tone
+        In what the best model leaves, by channel.
     not_excited : tuple of str
         Ids of effects that have a place and that these runs could not show.
     not_applicable : mapping of str to str
@@ -80,6 +83,7 @@ class Investigation:
     selection: Selection
     verdict: Verdict
     evidence: tuple[FamilyShare, ...]
+    tones: Mapping[str, Tone]
     not_excited: tuple[str, ...]
     not_applicable: Mapping[str, str]
 
@@ -264,13 +268,18 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
 
         if contradicted(result.choice, base, evidence, elsewhere) or clock_runs_slow(result.choice):
             result = without_names(result)
+        heard = tones_left(result.choice.winner.fitted, runs.measured)
+        if heard:
+            before = tones_left(fitted.reference, runs.reference) if fitted.reference else {}
+            result = with_tones(result, heard, before)
         hidden, inapplicable = _not_excited(runs, result)
         tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]
         verdict = verdict_of(result.baselines, result.choice, result.floors, tested, hidden, holdout, progress)
     except KeyboardInterrupt:
         raise SearchInterrupted(fitted.refitted.fitted) from None
     answered = {*map(id_of, verdict.effects), *verdict.equivalent}
-    return Investigation(runs, result, verdict, evidence, tuple(e for e in hidden if e not in answered), inapplicable)
+    hidden = tuple(e for e in hidden if e not in answered)
+    return Investigation(runs, result, verdict, evidence, heard, hidden, inapplicable)
 
 
 def _not_excited(runs: PreparedRuns, result: Selection) -> tuple[tuple[str, ...], dict[str, str]]:
@@ -334,9 +343,11 @@ def _described(
     closest = _closest(found, missing=missing)
     judged = verdict.word != "not_excited"
     families = families_of(verdict.effects, equivalent, telling, channel, closest) if judged else ()
+    if verdict.word == "unknown" and channel in found.tones:
+        families = ("time",)
     if missing and "position" in families:
         shapes = with_position_law(tuple(shapes), stages[stage], channel, seed)
-    diagnosis = replace(diagnosis, family=families, family_evidence=found.evidence, shapes=shapes)
+    diagnosis = replace(diagnosis, family=families, family_evidence=found.evidence, shapes=shapes, tones=found.tones)
     return replace(diagnosis, answer=answer(diagnosis))
 
 

@@ -126,9 +126,9 @@ def sizes_as(module: ModuleType, use: AsNuisance) -> list[str]:
     return [name for name, size in sizes_of(module).items() if size.as_nuisance == use]
 
 
-def starts_of(module: ModuleType) -> list[str]:
-    """Fields of the states at the start that each run has of its own."""
-    return [name for name, role in roles_of(module).items() if isinstance(role, Start)]
+def starts_of(module: ModuleType) -> dict[str, Start]:
+    """States at the start that each run has of its own."""
+    return {name: role for name, role in roles_of(module).items() if isinstance(role, Start)}
 
 
 def shapes_of(module: ModuleType) -> dict[str, Shape]:

@@ -96,7 +96,18 @@ class Read(NamedTuple):
 
 
 class Start(NamedTuple):
-    """A state at the start of a run that its log does not say: each run has a value of its own."""
+    """A state at the start of a run that its log does not say: each run has a value of its own.
+
+    Attributes
+    ----------
+    scale : str
+        See `Scale`.
+    tries : tuple of float
+        Values over that scale that a search begins from, in any run.
+    """
+
+    scale: Scale
+    tries: tuple[float, ...]
 
 
 class Effect(NamedTuple):

@@ -33,7 +33,9 @@ class Params(NamedTuple):
     v_0: Annotated[
         float, Quantity("{x}/s", "speed that counts as work, Eq (1)", lo=0.0, open_lo=True), Shape("speed", 0.01, 0.32)
     ] = 0.01
-    h_0: Annotated[float, Quantity("1", "warmth at the start, Eq (2)", lo=0.0, hi=1.0), Start()] = 0.0
+    h_0: Annotated[
+        float, Quantity("1", "warmth at the start, Eq (2)", lo=0.0, hi=1.0), Start("share", (0.0, 0.25, 0.5, 0.75))
+    ] = 0.0
 
 
 NEUTRAL = Params()

@@ -1,12 +1,14 @@
-"""Friction that changes with the travel and stays changed after rest.
+"""Friction that changes with the travel and stays changed after rest: running-in, and steady wear after it.
 
 ::
 
-    F <- F (1 + d exp(-X/L)),   X = X_0 + integral |dx|                                 (1)
+    F <- F (1 + d exp(-X/L) + r X),   X = X_0 + integral |dx|                           (1)
 
-X_0 is what the drive has travelled before the run.
+X_0 is what the drive has travelled before the run. d is what is run in and L the travel over which it is; r is what
+each travel adds for good, as galling does.
 
-Limits: d = 0 changes nothing; long travel leaves F. Source: running-in, Blau (Tribology International 38, 2005).
+Limits: d = r = 0 changes nothing; with r = 0 long travel leaves F. Source: running-in and the steady wear that follows
+it, Blau (Tribology International 38, 2005).
 """
 
 import math
@@ -32,7 +34,10 @@ class Params(NamedTuple):
     L: Annotated[
         float, Quantity("{x}", "travel that wears it off, Eq (1)", lo=0.0, open_lo=True), Shape("travel", 0.05, 1.6)
     ] = 10.0
-    X_0: Annotated[float, Quantity("{x}", "travel before the run, Eq (1)", lo=0.0), Start()] = 0.0
+    r: Annotated[float, Quantity("1/{x}", "relative growth by steady wear, Eq (1)", lo=0.0), Size(first=1e-3)] = 0.0
+    X_0: Annotated[
+        float, Quantity("{x}", "travel before the run, Eq (1)", lo=0.0), Start("travel", (0.0, 0.1, 0.3, 1.0, 3.0))
+    ] = 0.0
 
 
 NEUTRAL = Params()
@@ -56,9 +61,13 @@ PRESETS = {}
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(u.x, p.X_0), Outputs(u.y * (1.0 + p.d * math.exp(-p.X_0 / p.L)))
+    return State(u.x, p.X_0), Outputs(_worn(p, u.y, p.X_0))
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
     travel = s.travel + abs(u.x - s.x)
-    return State(u.x, travel), Outputs(u.y * (1.0 + p.d * math.exp(-travel / p.L)))  # (1)
+    return State(u.x, travel), Outputs(_worn(p, u.y, travel))
+
+
+def _worn(p: Params, y: float, travel: float) -> float:
+    return y * (1.0 + p.d * math.exp(-travel / p.L) + p.r * travel)  # (1)

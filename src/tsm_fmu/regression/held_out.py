@@ -30,7 +30,7 @@ def settled(problem: Problem, table: FloatArray, run: FitRun, fields: Collection
     """Values of a fit for a run that was not fitted.
 
     The first seconds may not tell two of a run's own parameters apart, such as an offset and the start of a slow state:
-    what they leave open stays near the mean of the runs fitted. A change that moves the channels by a standard
+    what they leave open stays near the middle one of the runs fitted. A change that moves the channels by a standard
     deviation weighs as much as one independent sample of the fit's own error.
 
     Parameters
@@ -62,6 +62,7 @@ def settled(problem: Problem, table: FloatArray, run: FitRun, fields: Collection
     start = run.only(early)
     free = [f for f in problem.space.free if f in fields]
     means = dict(zip(problem.fields, table.mean(axis=0).tolist(), strict=True))
+    means |= {f: float(np.median(table[:, problem.fields.index(f)])) for f in free}  # that of one run may run away
     space = problem.space.starting_at(means).freeing_only(free).with_per_run(free)
     scales, error = sensitivity_scales(replace(problem, runs=[run], space=space)), _error(problem, table)
     pooling = {f: error / scales[f] for f in free}
@@ -71,7 +72,7 @@ def settled(problem: Problem, table: FloatArray, run: FitRun, fields: Collection
 
 
 def _tells(problem: Problem, start: FloatArray, found: FloatArray) -> bool:
-    """Whether the samples of a run tell its own values from the mean ones, beyond what chance makes of the mean square.
+    """Whether the samples of a run tell its own values from the middle ones by more than chance makes.
 
     Of an offset beside a state at the start a few samples hold the sum alone: either could run away.
     """

@@ -42,7 +42,18 @@ def answer(found: Diagnosis) -> str:
         text = f"No answer from these runs: {reasons}. {as_sentence(numbers)}"
     else:
         text = _with_gap(found, channel, numbers)
-    return text + _unexplained_text(found) + _nuisances_text(found)
+    return text + _unexplained_text(found) + _tones_text(found) + _nuisances_text(found)
+
+
+def _tones_text(found: Diagnosis) -> str:
+    text = ""
+    for channel, tone in found.tones.items():
+        in_unit = display(found.gap[channel].unit, tone.rms)
+        text += (
+            f" What is left of {channel} hums at {tone.frequency:.4g} Hz ({in_unit(tone.rms)} RMS), in step from end "
+            "to end of each run: mains or a pump, and no law of the motion."
+        )
+    return text
 
 
 def _unexplained_text(found: Diagnosis) -> str:
@@ -74,7 +85,8 @@ def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
     tried = [(c, x) for c in found.candidates if c.testable and (x := c.channels[channel].closure_measured) is not None]
     nearest = f" (the best, {words(tried[0][0].spec)}, {range_of(tried[0][1])})" if tried else ""
     text = as_sentence(f"{where}no effect of the library explains {of} well enough{nearest}; {numbers}")
-    text += _family_text(found, channel, "what is missing")
+    if channel not in found.tones:
+        text += _family_text(found, channel, "what is missing")
     formula = next((s.formula for s in found.shapes if s.channel == channel and s.formula.text), None)
     if formula is None:
         return text

@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 
-from ...effects import looks_like, starts_of
 from ...kernels.arrays import FloatArray
 from ...models.contract import InputError
 from ...regression.problem import FitRun
@@ -30,8 +29,6 @@ from ..fits.screening import Screened
 from .form import beside, with_shapes_beside
 from .hypotheses import Hypothesis, hypothesis, with_fit
 
-TWINS = 3
-"""Best candidates whose look-alikes are refitted too, where a linear step does not show what these could do."""
 OVERTAKINGS = 3
 """Times that rivals are refitted from the values of the best, as long as one overtakes it."""
 LONG_ROWS = 10_000
@@ -51,15 +48,7 @@ def shortlist(screened: Sequence[Screened], most: int = REFITTED_CANDIDATES) -> 
         if s.gain > 0.0 and taken.get(name, 0) < PLACES_OF_AN_EFFECT:
             taken[name] = taken.get(name, 0) + 1
             found.append(s)
-    found = found[:most]
-    # what is before a run is not in a linear step: such an effect may be there where one that looks like it seems to be
-    best = [s.attached for s in found[:TWINS]]
-    twins = [
-        s for s in screened
-        if s not in found and starts_of(s.attached.module)
-        and any(one.channel == s.attached.channel and looks_like(one.spec, [s.attached.spec]) for one in best)
-    ]  # fmt: skip
-    return [*found, *twins]
+    return found[:most]
 
 
 def interleaved(one: Sequence[Screened], other: Sequence[Screened]) -> list[Screened]:
@@ -197,10 +186,9 @@ def _refitted_from(best: Hypothesis, hypotheses: Sequence[Hypothesis], holdout: 
             return one
         names = {n for spec in one.added for n in one.parameters_of(spec)}
         values = {**best.fitted.values, **{n: v for n, v in one.fitted.values.items() if n in names}}
+        per_run = {**best.fitted.per_run, **{n: v for n, v in one.fitted.per_run.items() if n in names}}
         try:
-            fitted = best_refit(
-                one.fitted, one.fitted.effects, [(values, best.fitted.per_run)], one.nuisances, one.fitted.released
-            )
+            fitted = best_refit(one.fitted, one.fitted.effects, [(values, per_run)], one.nuisances, one.fitted.released)
         except InputError:
             return one  # these values are not allowed with its effects
         if fitted.cost >= one.fitted.cost:

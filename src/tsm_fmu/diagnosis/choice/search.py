@@ -12,7 +12,7 @@ from ...kernels.arrays import FloatArray
 from ...kernels.attached import Attached
 from ...kernels.kernel import Kernel
 from ...regression.problem import FitRun
-from ..criteria import FURTHER_CANDIDATES, MOST_EFFECTS, SWAPPED_EFFECTS
+from ..criteria import CONVERGED_SHARE, FURTHER_CANDIDATES, MOST_EFFECTS, SWAPPED_EFFECTS
 from ..fits.nuisance import Start
 from ..fits.placing import possible
 from ..fits.refit import Fitted
@@ -69,7 +69,7 @@ class Search:
             found += more
             best = leading(more)
             if len(base.added) == 1:
-                found = self._with_other_pairs(found, singles, base, best.added[-1], screened)
+                found = self._with_other_pairs(found, singles, base, screened)
                 best = leading([h for h in found if len(h.added) == 2])
             found = with_fewer(best, found, self.baselines.refitted, self.holdout)
             if log_residual(best) >= log_residual(base):
@@ -114,17 +114,47 @@ class Search:
         return one.fit_without_nuisances if one.added else self.baselines.refitted.fitted
 
     def _with_other_pairs(
-        self, found: Sequence[Hypothesis], singles: Sequence[Hypothesis], first: Hypothesis, second: str,
+        self, found: Sequence[Hypothesis], singles: Sequence[Hypothesis], first: Hypothesis,
         screened: Sequence[Screened],
     ) -> list[Hypothesis]:  # fmt: skip
         """With the second effect of the best pair beside other first ones, and close pairs refitted again."""
+        pairs = self._from_either_side([h for h in found if len(h.added) == 2], singles, first)
+        one, second = leading(pairs).added
+        others = [h for h in sorted(singles, key=log_residual) if h.added != (one,)][:SWAPPED_EFFECTS]
         candidate = [s for s in screened if s.attached.spec == second]
-        others = [h for h in sorted(singles, key=log_residual) if h is not first][:SWAPPED_EFFECTS]
-        pairs = [h for h in found if len(h.added) == 2]
         for other in others:
-            if second not in other.fitted.effects:
-                pairs += refit_candidates(other, candidate, self.holdout, progress=self.progress)
+            if second in other.fitted.effects or {*other.added, second} in [set(h.added) for h in pairs]:
+                continue
+            pairs += self._refitted(other, candidate or self._screened_alone(other, second))
         return [h for h in found if len(h.added) != 2] + refit_rivals(pairs, self.holdout)
+
+    def _from_either_side(
+        self, pairs: Sequence[Hypothesis], singles: Sequence[Hypothesis], first: Hypothesis
+    ) -> list[Hypothesis]:
+        """Pairs of a first effect, the best one first, also begun from their second effect; the better of both.
+
+        The first effect may have taken part of the second one, and hold the pair in the valley that this led to. Where
+        that moves a pair no more, those behind it stay.
+        """
+        found = sorted(pairs, key=log_residual)
+        alone = {h.added[-1]: h for h in singles}
+        for k, pair in enumerate(found):
+            second = alone.get(pair.added[-1])
+            if second is None:
+                continue
+            swapped = self._refitted(second, self._screened_alone(second, first.added[-1]))
+            better = [h for h in swapped if h.fitted.cost < (1.0 - CONVERGED_SHARE) * pair.fitted.cost]
+            if not better:
+                break
+            found[k] = better[0]
+        return found
+
+    def _screened_alone(self, base: Hypothesis, spec: str) -> list[Screened]:
+        """One candidate beside a hypothesis; none where it has no place there."""
+        return screen(base.fitted, [c for c in self._places(base.fitted) if c.spec == spec], self.progress)
+
+    def _refitted(self, base: Hypothesis, screened: Sequence[Screened]) -> list[Hypothesis]:
+        return refit_candidates(base, screened, self.holdout, progress=self.progress)
 
     def _in_place_of_nuisances(self, found: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Supported hypotheses with what hides behind a nuisance effect of theirs, in its place.
@@ -133,8 +163,12 @@ class Search:
         refit ends between them.
         """
         supported = choice_of(found, self.baselines.refitted).supported
+        named = {spec for h in supported for spec in h.added}
+        in_place = [(h, spec) for h in supported for spec in h.significant]
+        if not any(h is found[0] for h in supported):
+            in_place += [(found[0], spec) for spec in found[0].tested if looks_like(spec, named)]
         more = []
-        for one, spec in ((h, spec) for h in supported for spec in h.significant):
+        for one, spec in in_place:
             fitted = one.tested[spec][1]
             places = [
                 c for c in self._places(fitted)

@@ -251,7 +251,8 @@ def _within_allowance(
     pairs = [(one.measured, best.measured, baseline, best.effective)]
     if one.held_out is not None and best.held_out is not None and baseline_held_out is not None:
         pairs.append((one.held_out, best.held_out, baseline_held_out, best.effective_held_out))
-    free = best.values_of_runs > one.values_of_runs
+    alike = len(one.effects) == len(best.effects) and any(looks_like(spec, one.effects) for spec in best.effects)
+    free = best.values_of_runs > (0 if alike else one.values_of_runs)
     # other motions than theirs may show less of the form of the model: what halves that on all runs, with motions of
     # their own among them, is no form of it
     others = len(pairs) > 1 and not best.folded
@@ -268,7 +269,7 @@ def _within_allowance(
         better.append((least - mine > margin) & (not fewer))
         gains.append(np.log(np.maximum(mine, 1e-300) / np.maximum(least, 1e-300)))
     counts = np.any(worse, axis=0)
-    if free:  # a value for each run can stand for whatever differs between runs
+    if free:  # a value for each run can stand for whatever differs between runs, and of what hides it for more
         counts = np.all(worse, axis=0) | (worse[-1] & nearly_removed(pairs[-1][0], pairs[-1][1]) & (len(pairs) > 1))
     # measured and held-out runs that say the opposite tell nothing apart
     counts &= ~np.any(better, axis=0)

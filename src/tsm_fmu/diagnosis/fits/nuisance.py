@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ...effects import EFFECTS, about, effect_of, looks_like, sizes_as, sizes_of
+from ...effects import EFFECTS, about, effect_of, looks_like, sizes_as, sizes_of, starts_of
 from ...kernels.arrays import BoolArray, FloatArray
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
@@ -48,7 +48,7 @@ class Start:
     """A fit, and values of one more effect, to start from."""
 
     fitted: Fitted
-    values: dict[str, float]
+    place: Place
 
 
 def nuisance_specs(model: str, channels: Sequence[str], effects: Sequence[str]) -> tuple[str, ...]:
@@ -89,7 +89,7 @@ def with_nuisances(base: Fitted, nuisances: Sequence[str]) -> Fitted:
         for spec in nuisances:
             choices = screened[spec].starts
             if choices and not sizes_as(effect_of(spec), "per run"):
-                values |= choices[min(number, len(choices) - 1)]
+                values |= choices[min(number, len(choices) - 1)][0]
         if values not in shapes:  # an effect may have a single one
             shapes.append(values)
     starts = [({**base.values, **values}, base.per_run) for values in shapes]
@@ -183,9 +183,9 @@ def _no_worse(
     if found is not None and found.cost <= base.cost:
         return found
     sizes = {public(screened.attached, name) for name in sizes_of(screened.attached.module)}
-    first = screened.starts[0] if screened.starts else {}
+    first, states = screened.starts[0] if screened.starts else ({}, {})
     little = {name: SHRUNK * value if name in sizes else value for name, value in first.items()}
-    again = way(base, effects, [({**base.values, **little}, base.per_run)], nuisances, released)
+    again = way(base, effects, [_with_values(base, (little, states))], nuisances, released)
     return again if found is None or again.cost < found.cost else found
 
 
@@ -196,12 +196,21 @@ def _with_added_effect(
     spec = screened.attached.spec
     base = replace(base, task=base.task.limited(screened.limits))
     effects = [*base.effects, *([] if spec in base.effects else [spec])]
-    shapes = screened.starts[: starts - 1 if second_start else starts] or [{}]
-    places: list[Place] = [({**base.values, **values}, base.per_run) for values in shapes]
-    if second_start is not None and second_start.values:
-        values = {**base.values, **shrunk_nuisances(base, nuisances), **second_start.fitted.values}
-        places.append(({**values, **second_start.values}, second_start.fitted.per_run))
+    number = (starts - 1 if second_start else starts) * (2 if starts_of(screened.attached.module) else 1)
+    shapes = screened.starts[:number] or [({}, {})]
+    places = [_with_values(base, place) for place in shapes]
+    if second_start is not None and second_start.place[0]:
+        values, per_run = _with_values(second_start.fitted, second_start.place)
+        places.append(({**base.values, **shrunk_nuisances(base, nuisances), **values}, per_run))
     return base, effects, places, nuisances, [*base.released, *([spec] if spec in base.effects else [])]
+
+
+def _with_values(fitted: Fitted, place: Place) -> Place:
+    """Where a refit of a fit with more values starts; where these are of other runs, each run has the middle one."""
+    values, states = place
+    runs = len(fitted.problem.runs)
+    each = {n: v if v.size == runs else np.full(runs, np.median(v)) for n, v in states.items()}
+    return {**fitted.values, **values}, {**fitted.per_run, **each}
 
 
 def shrunk_nuisances(fitted: Fitted, nuisances: Sequence[str]) -> dict[str, float]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from itertools import pairwise
+from itertools import pairwise, product
 from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects import shapes_of, sizes_of
+from ...effects import shapes_of, sizes_of, starts_of
 from ...kernels.arrays import FloatArray
 from ...kernels.attached import Attached
 from ...kernels.chain import ModelPart, model_part
@@ -81,6 +81,11 @@ class Responses:
         """Runs one after the other, channels weighted, as one column: the samples at which responses are compared."""
         return np.concatenate([(r[rows] * self.weights).ravel() for r, rows in zip(per_run, self.rows, strict=True)])
 
+    @property
+    def edges(self) -> NDArray[np.intp]:
+        """Where each run begins in a column, and the end."""
+        return np.cumsum([0, *(rows.size * len(self.weights) for rows in self.rows)])
+
     def outside(self, columns: FloatArray) -> FloatArray:
         """What of columns, along the last axis, the free parameters of the fit cannot imitate."""
         return columns - (columns @ self.basis) @ self.basis.T
@@ -93,6 +98,12 @@ class Responses:
         """Values of an effect's shape parameters at quantiles of their ranges."""
         shapes = shapes_of(module).items()
         return {n: self.extent.at_quantile(shape, float(q)) for (n, shape), q in zip(shapes, quantiles, strict=True)}
+
+    def states(self, module: ModuleType) -> list[dict[str, float]]:
+        """Values of an effect's states at the start of a run to begin from; a single, empty one where it has none."""
+        starts = starts_of(module).items()
+        tries = [[self.extent.scales.get(start.scale, 1.0) * value for value in start.tries] for _, start in starts]
+        return [dict(zip((n for n, _ in starts), values, strict=True)) for values in product(*tries)]
 
     def limits(self, acting: Acting) -> dict[str, tuple[float, float]]:
         """Range of an effect's parameters by public name: beyond it the effect has another one's signature."""

@@ -12,12 +12,13 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import nnls
 
-from ...effects import shapes_of, sizes_of
+from ...effects import shapes_of, sizes_of, starts_of
 from ...kernels.arrays import FloatArray
 from ...kernels.attached import Attached
 from ...kernels.kernel import Kernel
@@ -27,6 +28,7 @@ from ..criteria import IMITATED_SHARE
 from .extent import quantiles
 from .refit import Fitted
 from .response import Acting, Responses, public
+from .takeover import Place
 
 ROWS = 3000
 """Samples of all runs together that the linear step looks at."""
@@ -37,6 +39,10 @@ UNREACHED = 1e-6
 the end of the motion, would need sizes without bounds."""
 DAMPING = 1e-4
 """Keeps a response small of which nearly all is imitated by the baseline: the linear step must not lead far away."""
+SWEEPS = 3
+"""Times, at most, that the states at the start of all runs are gone through for better ones."""
+NO_GAIN = 1e-2
+"""Log of the mean square that a change of these is worth at least: a size may do the same."""
 CLOSER, CLOSER_DRAWS, CLOSER_REACH = 2, 16, (0.1, 0.04, 0.015)
 """Of an effect with many shapes to begin from, so many of the best are improved by draws around them, at these
 distances as parts of the range."""
@@ -52,15 +58,16 @@ class Screened:
         Effect and place.
     gain : float
         Log of the mean square that it would leave, over all channels, with the sign turned.
-    starts : list of dict of str to float
-        Parameters of the effect at the best shapes, best first, by public name of the chain.
+    starts : list of (dict, dict)
+        Parameters of the effect at the best shapes, best first, by public name of the chain; and its states at the
+        start of each run.
     limits : dict of str to tuple
         Range of its shape parameters.
     """
 
     attached: Attached
     gain: float
-    starts: list[dict[str, float]]
+    starts: list[Place]
     limits: dict[str, tuple[float, float]]
 
 
@@ -86,12 +93,25 @@ def screen(
     return sorted(together(one, list(enumerate(candidates, 1))), key=lambda s: -s.gain)
 
 
+class _Explained(NamedTuple):
+    """What a candidate explains at one shape: its gain, the amounts of its sizes, and the states of each run."""
+
+    gain: float
+    amounts: FloatArray
+    states: list[int]
+
+
 class _Tried(NamedTuple):
-    """One shape of a candidate: its gain, the quantiles of its shape parameters, and all of its values."""
+    """One shape of a candidate: its gain, the quantiles of its shape parameters, and all of its values.
+
+    Where it has states at the start of a run, ``place`` holds the best ones of each run, and ``alike`` is what it gains
+    and where it is with the first one that is tried in all of them.
+    """
 
     gain: float
     at: FloatArray
-    values: dict[str, float]
+    place: Place
+    alike: tuple[float, Place]
 
 
 def _closer(best: _Tried, tried: Callable[[FloatArray], list[_Tried]]) -> _Tried:
@@ -119,21 +139,70 @@ class _Bench:
         found = sorted(tried(quantiles(module)), key=lambda one: -one.gain)
         if any(shape.tries for shape in shapes_of(module).values()):
             found = sorted([*(_closer(one, tried) for one in found[:CLOSER]), *found], key=lambda one: -one.gain)
-        return Screened(attached, found[0].gain, [one.values for one in found], self.responses.limits(acting))
+        starts = [one.place for one in found]
+        if starts_of(module):  # from the best states a descent may end in another valley
+            alike = [place for _, place in sorted((one.alike for one in found), key=lambda one: -one[0])]
+            starts = [place for both in zip(starts, alike, strict=True) for place in both]
+        return Screened(attached, found[0].gain, starts, self.responses.limits(acting))
 
     def _tried(self, acting: Acting, at: FloatArray) -> list[_Tried]:
         """An effect at several shapes, by the quantiles of their ranges."""
         module, found = acting.attached.module, []
-        sizes = list(sizes_of(module))
-        for few in np.array_split(at, math.ceil(len(at) * len(sizes) / COLUMNS)):
+        sizes, states = list(sizes_of(module)), self.responses.states(module)
+
+        def placed(what: _Explained, shape: dict[str, float], steps: FloatArray) -> Place:
+            values = {**shape, **dict(zip(sizes, (what.amounts * steps).tolist(), strict=True))}
+            each = {n: np.array([states[i][n] for i in what.states]) for n in states[0]}
+            names = {n: public(acting.attached, n) for n in (*values, *each)}
+            return {names[n]: v for n, v in values.items()}, {names[n]: v for n, v in each.items()}
+
+        for few in np.array_split(at, math.ceil(len(at) * len(sizes) * len(states) / COLUMNS)):
             shapes = [self.responses.shape_at(module, one) for one in few]
-            columns, steps = acting.columns(shapes)
-            outside = self.responses.outside(columns)
-            for one, shape, *parts in zip(few, shapes, columns, outside, steps.tolist(), strict=True):
-                gain, amounts = self._explained(acting.effect, sizes, parts[0], parts[1])
-                values = {**shape, **{n: a * h for n, a, h in zip(sizes, amounts, parts[2], strict=True)}}
-                found.append(_Tried(gain, one, {public(acting.attached, n): float(v) for n, v in values.items()}))
+            columns, steps = acting.columns([{**shape, **states[0]} for shape in shapes])
+            others = [acting.columns([{**shape, **state} for shape in shapes], steps)[0] for state in states[1:]]
+            by_state = np.stack([columns, *others], axis=1)
+            for one, shape, responses, step in zip(few, shapes, by_state, steps, strict=True):
+                alike, best = self._in_states(acting.effect, sizes, responses)
+                place = placed(best, shape, step)
+                found.append(_Tried(best.gain, one, place, (alike.gain, placed(alike, shape, step))))
         return found
+
+    def _in_states(self, effect: Kernel, sizes: Sequence[str], responses: FloatArray) -> tuple[_Explained, _Explained]:
+        """What an effect explains with its first state at the start of all runs, and with the best one of each run.
+
+        Parameters
+        ----------
+        effect : Kernel
+        sizes : sequence of str
+        responses : ndarray, shape (states, sizes, n)
+            To each size, with each state at the start of all runs.
+        """
+        runs, edges = len(self.responses.rows), self.responses.edges
+        outside = self.responses.outside(responses)
+        every = [
+            _Explained(*self._explained(effect, sizes, *one), [i] * runs)
+            for i, one in enumerate(zip(responses, outside, strict=True))
+        ]
+        most = max(one.gain for one in every) - NO_GAIN
+        best = next(one for one in every if one.gain >= most)  # of those that nothing tells apart, the first
+        if len(every) == 1 or runs == 1:
+            return every[0], best
+        parts = np.zeros((runs, *responses.shape))
+        for k, (a, b) in enumerate(pairwise(edges)):
+            parts[k, :, :, a:b] = responses[:, :, a:b]
+        outside = self.responses.outside(parts)
+        for _ in range(SWEEPS):
+            before = best
+            for k in range(runs):
+                rest = [(j, i) for j, i in enumerate(best.states) if j != k]
+                beside = [np.sum([one[at] for at in rest], axis=0) for one in (parts, outside)]
+                for i in range(len(responses)):
+                    now = self._explained(effect, sizes, beside[0] + parts[k, i], beside[1] + outside[k, i])
+                    if now[0] > best.gain + NO_GAIN:
+                        best = _Explained(*now, [*best.states[:k], i, *best.states[k + 1 :]])
+            if best is before:
+                break
+        return every[0], best
 
     def _explained(
         self, effect: Kernel, sizes: Sequence[str], columns: FloatArray, outside: FloatArray

@@ -68,6 +68,7 @@ def as_json(found: Diagnosis, paths: Mapping[str, str | None]) -> dict[str, Any]
         "also_in_model": list(found.also_in_model),
         "family": list(found.family),
         "family_evidence": [asdict(e) for e in found.family_evidence],
+        "tones": {channel: asdict(tone) for channel, tone in found.tones.items()},
         "not_excited": list(found.not_excited),
         "not_applicable": dict(found.not_applicable),
         "candidates": [_candidate(c) for c in found.candidates],

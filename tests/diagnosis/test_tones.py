@@ -1,0 +1,159 @@
+"""A tone of mains or a pump is told from noise, from harmonics of the motion and from what rings with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from tsm_fmu.diagnosis.answer.tone import with_tones
+from tsm_fmu.diagnosis.choice.floors import Floors
+from tsm_fmu.diagnosis.criteria import EFFECT_SPREAD_SHARE, REFERENCE_RATIO
+from tsm_fmu.diagnosis.evidence import Tone
+from tsm_fmu.diagnosis.residual.tones import tones
+from tsm_fmu.diagnosis.workflow import diagnose
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.record import Record
+
+Error = Callable[[np.ndarray, int], np.ndarray]
+SPREAD = np.array([0.7, 1.3])
+OMEGA = 1.9
+
+
+def moved(t: np.ndarray) -> np.ndarray:
+    return 0.31 * np.sin(OMEGA * t + 0.4) + 0.11 * np.sin(2.3 * OMEGA * t)
+
+
+@dataclass(frozen=True)
+class Way:
+    """What a tone is looked for beside: the motion of a run."""
+
+    time: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+
+
+def heard(error: Error, *, stamps: Callable[[np.ndarray], np.ndarray] = lambda t: t, noise: float = 0.02) -> dict:
+    """Tones in an error of the first of two channels, in runs of 31 and 17 s at 83 and 141 Hz."""
+    rng, places, residuals = np.random.default_rng(71), list[Any](), []
+    for k, (seconds, rate) in enumerate(((31.0, 83.0), (17.0, 141.0))):
+        t = stamps(np.arange(int(seconds * rate)) / rate)
+        x = moved(t)
+        v = np.gradient(x, t)
+        places.append(Way(t, v, np.gradient(v, t)))
+        residuals.append(np.column_stack([error(t, k), 0.0 * t]) + noise * rng.standard_normal((t.size, 2)))
+    return tones(("F", "x"), residuals, places, SPREAD)
+
+
+def hum(frequency: float = 11.37, size: float = 0.05) -> Error:
+    return lambda t, k: np.sqrt(2.0) * size * np.sin(2.0 * np.pi * frequency * t + 1.3 * k)
+
+
+def broken(t: np.ndarray) -> np.ndarray:
+    """Stamps that jitter, with a gap of a second and a half."""
+    late = t + 0.1 / 141.0 * np.random.default_rng(5).uniform(-1.0, 1.0, t.size)
+    return np.where(late > 6.1, late + 1.5, late)
+
+
+@pytest.mark.parametrize("stamps", [lambda t: t, lambda t: t + 1742.3, broken], ids=["even", "later", "gaps"])
+@pytest.mark.parametrize("frequency", [4.91, 11.37, 38.2])
+def test_a_tone_is_found_with_its_frequency_and_size(frequency: float, stamps: Callable) -> None:
+    found = heard(hum(frequency), stamps=stamps)
+    assert set(found) == {"F"}
+    assert found["F"].frequency == pytest.approx(frequency, abs=0.003)
+    assert found["F"].rms == pytest.approx(0.05, rel=0.04)
+
+
+def ringing(t: np.ndarray, k: int) -> np.ndarray:
+    """Driven by noise, with a quality of ten."""
+    w, step = 2.0 * np.pi * 7.3, t[1] - t[0]
+    pole = np.exp((-0.05 + 1j * np.sqrt(1.0 - 0.05**2)) * w * step)
+    y = lfilter([1.0], [1.0, -2.0 * pole.real, abs(pole) ** 2], np.random.default_rng(k).standard_normal(t.size))
+    return 0.05 * y / y.std()
+
+
+def slow(t: np.ndarray, k: int) -> np.ndarray:
+    y = lfilter([1.0], [1.0, -0.98], np.random.default_rng(k).standard_normal(t.size))
+    return 0.05 * y / y.std()
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        lambda t, k: 0.0 * t, slow, ringing,
+        lambda t, k: 0.08 * np.sign(np.cos(OMEGA * t)), lambda t, k: 0.3 * (np.abs(np.sin(OMEGA * t)) < 0.05),
+        lambda t, k: 0.07 * np.sin(40.0 * moved(t)), lambda t, k: hum()(t, k) * (t < 0.4 * t[-1]),
+        lambda t, k: hum()(t, k) * (k == 0), lambda t, k: hum(11.37 + 3.0 * k)(t, k),
+        lambda t, k: 0.07 * np.sin(6.0 * t + 0.5 * t**2), hum(size=0.9 * EFFECT_SPREAD_SHARE * SPREAD[0]), hum(2.1),
+    ],
+    ids=["noise", "slow noise", "ringing", "friction", "bursts", "ripple", "ends", "one run", "two tones", "chirp",
+         "quiet", "near the motion"],
+)  # fmt: skip
+def test_what_else_a_model_may_leave_is_no_tone(error: Error) -> None:
+    assert heard(error, noise=0.001 if error(np.arange(9.0), 0).std() < 0.01 else 0.02) == {}
+
+
+def test_a_tone_must_make_a_notable_part_of_what_is_left() -> None:
+    assert set(heard(hum(), noise=0.06)) == {"F"}
+    assert heard(hum(), noise=0.09) == {}
+
+
+def selected(effects: tuple[str, ...] = ()) -> Any:
+    fitted = SimpleNamespace(rmse=np.array([0.05, 0.04]), problem=SimpleNamespace(channels=("F", "x")))
+    floors = Floors(np.array([0.048, 0.03]), np.array([0.02, 0.03]), None, np.zeros(2, bool), np.zeros(2, bool))
+    choice = SimpleNamespace(winner=SimpleNamespace(fitted=fitted, effects=effects))
+
+    @dataclass(frozen=True)
+    class Selected:
+        choice: Any
+        floors: Floors
+
+    return Selected(choice, floors)
+
+
+def test_where_no_effect_is_missing_a_tone_is_and_no_floor_holds_it() -> None:
+    found = with_tones(selected(), {"F": Tone(11.0, 0.03)}, {}).floors
+    assert found.unexplained.tolist() == found.open_.tolist() == [True, False]
+    assert found.noise == pytest.approx([0.04, 0.03])
+    assert found.least == pytest.approx([0.02, 0.03])
+    assert found.without_answer
+    beside = selected(("viscous",))
+    assert with_tones(beside, {"F": Tone(11.0, 0.03)}, {}) is beside
+
+
+@pytest.mark.parametrize(("part", "missing"), [(0.98, True), (1.02, False)])
+def test_a_tone_that_reference_runs_hold_is_not_missing(part: float, missing: bool) -> None:
+    before = {"F": Tone(11.0, part * 0.03 / REFERENCE_RATIO)}
+    found = with_tones(selected(), {"F": Tone(11.0, 0.03)}, before).floors
+    assert found.without_answer is missing
+    assert found.noise == pytest.approx([0.04 if missing else 0.048, 0.03])
+
+
+def rig(number: int, size: float) -> Record:
+    """Bristles of an exponential law and 13.7 Hz beside."""
+    rng, t = np.random.default_rng(300 + number), np.arange(2400) * 0.01
+    x = moved(t + 0.7 * number)
+    z = np.zeros(t.size)
+    for k in range(1, t.size):
+        d = x[k] - x[k - 1]
+        z[k] = np.sign(d) + (z[k - 1] - np.sign(d)) * np.exp(-abs(d) / 0.0047)
+    force = 0.7 * z + 0.1 * np.gradient(x, t) + hum(13.7, size)(t, number) + 0.004 * rng.standard_normal(t.size)
+    return Record(f"run {number}", t, {"v": np.gradient(x, t), "F": force}, {"v": "m/s", "F": "N"})
+
+
+def test_a_diagnosis_says_what_hums_and_names_no_effect() -> None:
+    values = {"F_c": 0.7, "F_s": 0.71, "v_s": 0.01, "sigma0": 150.0, "sigma1": 0.3, "sigma2": 0.1}
+    found = diagnose(kernel("LuGreFriction"), [rig(0, 0.09), rig(1, 0.09)], values=values)
+    assert (found.verdict, found.family, found.effects) == ("unknown", ("time",), ())
+    assert found.tones["F"].frequency == pytest.approx(13.7, abs=0.003)
+    assert "What is left of F hums at 13.7 Hz" in found.answer
+    assert found.gap["F"].floor < 0.03
+    quiet = diagnose(kernel("LuGreFriction"), [rig(0, 0.0), rig(1, 0.0)], values=values)
+    assert quiet.verdict in ("none", "parameters")
+    assert quiet.tones == {}
+    assert "hums" not in quiet.answer
