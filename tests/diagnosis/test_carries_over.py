@@ -68,6 +68,12 @@ def test_an_exponent_that_does_nothing_may_be_anywhere(moved: float, expected: b
     assert disguised(fit(moved, viscous__p=0.125), "viscous") is expected
 
 
+@pytest.mark.parametrize(("moved", "expected"), [(0.0033, False), (0.0035, True)])
+def test_the_travel_of_running_in_that_there_is_none_of_may_be_anywhere(moved: float, expected: bool) -> None:
+    """Steady wear alone."""
+    assert disguised(fit(moved, wear__L=0.31), "wear") is expected
+
+
 @pytest.mark.parametrize(("theta_0", "expected"), [(0.066, "inertia"), (1.7, "breakaway_ageing")])
 def test_a_disguised_law_is_no_candidate_however_little_it_leaves(theta_0: float, expected: str) -> None:
     plain, other, sound = made("", 0.31), made("breakaway_ageing", 0.02), made("inertia", 0.09)

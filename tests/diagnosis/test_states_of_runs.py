@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tsm_fmu.diagnosis.criteria import SHAPE_RANGE_RATIO
 from tsm_fmu.diagnosis.fits.nuisance import refit_with
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.diagnosis.fits.response import public
@@ -109,4 +110,6 @@ def test_states_are_declared_in_the_scale_of_the_runs() -> None:
         [share * travel for share in (0.0, 0.1, 0.3, 1.0, 3.0)]
     )
     assert bench.responses.states(attach(kernel("LuGreFriction"), "inertia").module) == [{}]
+    limits = bench.responses.limits(bench.responses.acting(one))
+    assert limits["wear.X_0"] == pytest.approx((0.0, 3.0 * travel * SHAPE_RANGE_RATIO))
     assert public(one, "X_0") == "wear.X_0"

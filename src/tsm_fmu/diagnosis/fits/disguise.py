@@ -23,6 +23,8 @@ from .refit import Fitted
 from .response import places_of
 
 SCALES = ("time", "travel", "turns", "width", "centre", "exponent")
+OF_A_PART = ("exponent", "travel")
+"""Of these, scales that belong to a part of a law: where that has no size they may be anywhere."""
 AT_AN_END = 0.02
 """Part of itself by which a scale may miss the end of its range: refits stop so near. And the part of what a law does
 that the least scale may change of it, to call it the same."""
@@ -57,8 +59,8 @@ def disguised(fitted: Fitted, spec: str) -> bool:
                 return True
             continue
         at_an_end = value <= lo * (1.0 + AT_AN_END) or (value >= hi * (1.0 - AT_AN_END) and not straight)
-        if at_an_end and not (shape.scale == "exponent" and _same_at(np.sqrt(lo * hi), name, fitted, spec)):
-            return True  # but for the exponent of a power of no size, which may be anywhere
+        if at_an_end and not (shape.scale in OF_A_PART and _same_at(np.sqrt(lo * hi), name, fitted, spec)):
+            return True
         if shape.scale == "time" and _same_at(lo, name, fitted, spec):
             return True
     return False

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from ...effects import shapes_of
-from ...effects.about import Scale, Shape
+from ...effects.about import Scale, Shape, Start
 from ...kernels.arrays import FloatArray
 from ..criteria import SHAPE_RANGE_RATIO, WIDTH_RATIO
 from ..runs.motion_signals import Coordinates
@@ -60,6 +60,10 @@ class Extent:
             of_stroke = shape.scale in ("position", "centre")
             return self.lowest + (self.highest - self.lowest) * share if of_stroke else share
         return self.scales.get(shape.scale, 1.0) * shape.lo * (shape.hi / shape.lo) ** q
+
+    def states(self, start: Start) -> list[float]:
+        """Values of a state at the start of a run to begin from."""
+        return [self.scales.get(start.scale, 1.0) * value for value in start.tries]
 
     def limits(self, shape: Shape) -> tuple[float, float] | None:
         """Range that a refit may use; None for that of the declaration."""

@@ -19,6 +19,7 @@ from ...kernels.kernel import Kernel, kernel
 from ...kernels.serving import filling
 from ...models.contract import InputError, flat
 from ...regression.sensitivity import output_jacobian
+from ..criteria import SHAPE_RANGE_RATIO
 from ..runs.motion_signals import Coordinates, coordinates_of, load_channel
 from .extent import Extent, quantiles
 from .refit import Fitted
@@ -102,7 +103,7 @@ class Responses:
     def states(self, module: ModuleType) -> list[dict[str, float]]:
         """Values of an effect's states at the start of a run to begin from; a single, empty one where it has none."""
         starts = starts_of(module).items()
-        tries = [[self.extent.scales.get(start.scale, 1.0) * value for value in start.tries] for _, start in starts]
+        tries = [self.extent.states(start) for _, start in starts]
         return [dict(zip((n for n, _ in starts), values, strict=True)) for values in product(*tries)]
 
     def limits(self, acting: Acting) -> dict[str, tuple[float, float]]:
@@ -112,6 +113,9 @@ class Responses:
         signal = float(np.sqrt(np.mean(np.concatenate(acting.before) ** 2)))
         sizes = {name: size.most_of_signal * signal for name, size in sizes_of(module).items() if size.most_of_signal}
         ranges |= {name: (-most, most) for name, most in sizes.items()}
+        # a run that differs from the others by far more than it changes itself says nothing of what changes it
+        states = {name: self.extent.states(start) for name, start in starts_of(module).items()}
+        ranges |= {name: (min(tried), SHAPE_RANGE_RATIO * max(tried)) for name, tried in states.items()}
         return {public(acting.attached, name): ends for name, ends in ranges.items() if ends is not None}
 
     def acting(self, attached: Attached) -> Acting:
