@@ -107,7 +107,8 @@ def _capstan(y: Array, s: Signals, amount: float) -> Array:
 
 @_of("bend_angle")
 def _bent(y: Array, s: Signals, amount: float) -> Array:
-    return y + np.abs(s.load) * np.expm1(amount * s.theta) * s.z
+    wrapped = np.hypot(s.theta, 0.3)  # a sheath that is never quite straight
+    return y + np.abs(s.load) * np.expm1(amount * wrapped) * s.z
 
 
 @_of("temperature_dependence")

@@ -38,6 +38,10 @@ def test_static_force_laws(time):
         ("inertia", (("m", 0.37),)): (y + 0.37 * 5.0 * x, {"a": 5.0 * x}),
         ("load_dependence", (("k", 0.37),)): (y + 0.37 * np.abs(load) * z, {}),
         ("bend_angle", (("mu", 0.16),)): (y + 0.16 * (2.0 + x) * np.abs(load) * z, {"bend": 2.0 + x}),
+        ("bend_angle", (("mu", 0.16), ("mu_c", 0.43), ("T_0", 0.9))): (
+            y + 0.16 / 0.43 * (np.exp(0.43 * (2.0 + x)) - 1.0) * (np.abs(load) + 0.9) * z, {"bend": 2.0 + x}),
+        ("bend_angle", (("mu", 0.16), ("mu_c", 1e-14))): (
+            y + 0.16 * (2.0 + x) * np.abs(load) * z, {"bend": 2.0 + x}),
         ("temperature_dependence", (("beta", 0.07),)): (
             np.where(x < 13.0, y * (1.0 - 0.07 * x), 0.0), {"temperature": 293.15 + x}),
         ("temperature_dependence", (("beta", 3.0),)): (

@@ -26,7 +26,7 @@ OTHER_MEANING = {("checking/sensor.py", "quantisation"), ("cosim/order.py", "del
 """Files where such a word is something else: the kind of a finding in a log, a way to break an algebraic loop."""
 UNITS = {
     "stroke": "{x}", "per stroke": "1/({y})", "position": "{x}|rad", "travel": "{x}", "speed": "{x}/s",
-    "acceleration": "{x}/s2", "time": "s", "load": "{load}", "turns": "{x}/rad", "angle": "rad", "number": "1",
+    "acceleration": "{x}/s2", "time": "s", "load": "{load}", "turns": "{x}/rad", "angle": "rad", "number": "1|1/{bend}",
     "share": "1", "exponent": "1", "width": "rad", "centre": "{x}",
 }  # fmt: skip
 """Unit of a shape by its scale."""

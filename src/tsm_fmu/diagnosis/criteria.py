@@ -322,6 +322,16 @@ TONE_MOTION_RATIO = 8.0
 """A tone is looked for above this many times the frequency of the motion, which is that of its acceleration over its
 speed: below, it may be a harmonic."""
 
+LIMIT_WIDTH_SHARE = 0.25
+"""Where the model is highest, or lowest, the channel moves by less than this part of what the model does and is nowhere
+beyond: it stands at a limit. What a model lacks of friction bends, and does not stop."""
+
+LIMIT_VISITS = 3
+"""Stretches of motion in which it does so, at least: once may be chance, or a rest."""
+
+LIMIT_STEPS = 2.0
+"""Steps of a channel's converter that the model moves by meanwhile, at least: within one it stands anyway."""
+
 LITTLE_SPREAD_SHARE = 0.003
 """Where no effect is missing a family is said of what is left if its laws predict more than this: the form of the
 model, of use to who improves it."""

@@ -217,6 +217,22 @@ class Tone:
 
 
 @dataclass(frozen=True)
+class Limit:
+    """A limit that a channel stands at where the model goes on.
+
+    Attributes
+    ----------
+    level : float
+        In the channel's SI unit.
+    share : float
+        Part of the samples that are there.
+    """
+
+    level: float
+    share: float
+
+
+@dataclass(frozen=True)
 class FamilyShare:
     """What the laws of a family predict of the residual of one channel.
 

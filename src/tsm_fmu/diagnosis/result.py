@@ -22,6 +22,7 @@ from .evidence import (
     FamilyShare,
     Gap,
     Gate,
+    Limit,
     ModelFit,
     NextMotion,
     ParameterChange,
@@ -66,6 +67,8 @@ class Diagnosis:
         What the laws of each family predict of the residual of each channel, most first.
     tones : mapping of str to Tone
         Tones that the answer's model leaves, by channel: of mains or a pump, and no law of the motion.
+    limits : mapping of str to Limit
+        Limits at which channels stand where the model goes on, by channel: of a sensor that saturates.
     candidates : tuple of Candidate
         Best first.
     steps : tuple of AnswerStep
@@ -115,6 +118,7 @@ class Diagnosis:
     family: tuple[Family, ...] = ()
     family_evidence: tuple[FamilyShare, ...] = ()
     tones: Mapping[str, Tone] = field(default_factory=dict)
+    limits: Mapping[str, Limit] = field(default_factory=dict)
     candidates: tuple[Candidate, ...] = ()
     steps: tuple[AnswerStep, ...] = ()
     where: tuple[Place, ...] = ()

@@ -22,6 +22,7 @@ from .answer.clock import clock_notes, clock_runs_slow
 from .answer.family import contradicted, families_of, family_evidence, not_little
 from .answer.gaps import errors_of, gaps
 from .answer.improvement import improvement_of
+from .answer.limit import limits_met, with_limits
 from .answer.next_motion import next_motion
 from .answer.parameters import bound_notes, card_of, changes_of, model_fit, per_run_values
 from .answer.sentence import answer, leading_channel
@@ -41,7 +42,7 @@ from .criteria import (
     PRESLIDING_STROKE_SHARE,
     STRONGEST_RATIO,
 )
-from .evidence import Candidate, FamilyShare, Gap, Gate, NextMotion, RunComparison, Tone
+from .evidence import Candidate, FamilyShare, Gap, Gate, Limit, NextMotion, RunComparison, Tone
 from .fits.known import compared_where_known
 from .fits.placing import not_applicable
 from .fits.ranges import forgetting_ranges, level_ranges
@@ -73,6 +74,8 @@ class Investigation:
         Of what the refitted model leaves.
     tones : mapping of str to Tone
         In what the best model leaves, by channel.
+    limits : mapping of str to Limit
+        At which channels stand, by channel.
     not_excited : tuple of str
         Ids of effects that have a place and that these runs could not show.
     not_applicable : mapping of str to str
@@ -84,6 +87,7 @@ class Investigation:
     verdict: Verdict
     evidence: tuple[FamilyShare, ...]
     tones: Mapping[str, Tone]
+    limits: Mapping[str, Limit]
     not_excited: tuple[str, ...]
     not_applicable: Mapping[str, str]
 
@@ -272,6 +276,9 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
         if heard:
             before = tones_left(fitted.reference, runs.reference) if fitted.reference else {}
             result = with_tones(result, heard, before)
+        met = limits_met(base.fitted, runs.measured)
+        if met:
+            result = with_limits(result, met)
         hidden, inapplicable = _not_excited(runs, result)
         tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]
         verdict = verdict_of(result.baselines, result.choice, result.floors, tested, hidden, holdout, progress)
@@ -279,7 +286,7 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
         raise SearchInterrupted(fitted.refitted.fitted) from None
     answered = {*map(id_of, verdict.effects), *verdict.equivalent}
     hidden = tuple(e for e in hidden if e not in answered)
-    return Investigation(runs, result, verdict, evidence, heard, hidden, inapplicable)
+    return Investigation(runs, result, verdict, evidence, heard, met, hidden, inapplicable)
 
 
 def _not_excited(runs: PreparedRuns, result: Selection) -> tuple[tuple[str, ...], dict[str, str]]:
@@ -345,9 +352,18 @@ def _described(
     families = families_of(verdict.effects, equivalent, telling, channel, closest) if judged else ()
     if verdict.word == "unknown" and channel in found.tones:
         families = ("time",)
+    if verdict.word == "unknown" and channel in found.limits:
+        families = ("sensor",)
     if missing and "position" in families:
         shapes = with_position_law(tuple(shapes), stages[stage], channel, seed)
-    diagnosis = replace(diagnosis, family=families, family_evidence=found.evidence, shapes=shapes, tones=found.tones)
+    diagnosis = replace(
+        diagnosis,
+        family=families,
+        family_evidence=found.evidence,
+        shapes=shapes,
+        tones=found.tones,
+        limits=found.limits,
+    )
     return replace(diagnosis, answer=answer(diagnosis))
 
 

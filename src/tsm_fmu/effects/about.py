@@ -42,8 +42,9 @@ of the motion, so a position may be negative; ``centre``: the same, of a law tha
 middle. ``travel``: path of the longest run. ``speed``, ``acceleration``: their RMS. ``time``: length of the longest
 run. ``load``: its largest magnitude. ``turns``: of a drum within the motion; the parameter is the motion per radian of
 the drum, so that a wheel of any size is found. ``angle``: rad. ``width``: rad, beyond whose range the law is another
-one. ``share``: a part of the whole. ``exponent``: 1, of a law that is another one beyond. ``number``: 1. Positions,
-centres, angles, widths, turns and shares are spread evenly over their range, the others over its logarithm.
+one. ``share``: a part of the whole. ``exponent``: 1, of a law that is another one beyond. ``number``: 1, or one per
+radian. Positions, centres, angles, widths, turns and shares are spread evenly over their range, the others over its
+logarithm.
 """
 
 AsNuisance = Literal["free", "per run", "zero"]

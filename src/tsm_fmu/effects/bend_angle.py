@@ -3,14 +3,17 @@ column is named.
 
 ::
 
-    F <- F + mu Theta (|load| + T_0) z                                                  (1)
+    F <- F + mu (exp(mu_c Theta) - 1)/mu_c (|load| + T_0) z                             (1)
 
 T_0 is the tension that is there without the load: that of a pretensioned tendon, which presses on a bend all the same.
-Where neither the model nor a column of the log has the load, it is taken as constant, 1: F + mu Theta (1 + T_0) z.
-Limits: mu = 0 or a straight sheath changes nothing; a constant Theta is `load_dependence` with k = mu Theta.
-The linear form of exp(mu Theta). Source: capstan law; AME 2020 Eqs (14)-(16).
+Where neither the model nor a column of the log has the load, it is taken as constant, 1: with 1 + T_0.
+mu_c bends the law: a tendon that is pulled over the whole of a sheath has mu_c = mu, the capstan's equation; one whose
+tension hardly falls along it, a lost motion or a channel in other units has them apart.
+Limits: mu = 0 or a straight sheath changes nothing; mu_c = 0 is mu Theta (|load| + T_0) z, and with it a constant Theta
+is `load_dependence` with k = mu Theta. Source: capstan law; AME 2020 Eqs (14)-(16).
 """
 
+import math
 from typing import Annotated, NamedTuple
 
 from ..models.contract import Quantity
@@ -32,6 +35,11 @@ class Params(NamedTuple):
     T_0: Annotated[float, Quantity("{load}", "tension without the load, Eq (1)", lo=0.0), Shape("load", 0.1, 10.0)] = (
         0.0
     )
+    mu_c: Annotated[
+        float,
+        Quantity("1/{bend}", "friction coefficient in the exponent, Eq (1)", lo=0.0, hi=2.0),
+        Shape("number", 0.05, 1.0),
+    ] = 0.0
 
 
 NEUTRAL = Params()
@@ -56,8 +64,13 @@ PRESETS = {}
 
 
 def start(p: Params, u: Inputs) -> tuple[State, Outputs]:
-    return State(), Outputs(u.y + p.mu * u.bend * (abs(u.load) + p.T_0) * u.z)
+    return State(), Outputs(_bent(p, u))
 
 
 def step(p: Params, s: State, u: Inputs, dt: float) -> tuple[State, Outputs]:
-    return s, Outputs(u.y + p.mu * u.bend * (abs(u.load) + p.T_0) * u.z)  # (1)
+    return s, Outputs(_bent(p, u))
+
+
+def _bent(p: Params, u: Inputs) -> float:
+    turned = math.expm1(p.mu_c * u.bend) / p.mu_c if p.mu_c > 0.0 else u.bend
+    return u.y + p.mu * turned * (abs(u.load) + p.T_0) * u.z  # (1)

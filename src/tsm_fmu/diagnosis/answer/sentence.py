@@ -42,7 +42,18 @@ def answer(found: Diagnosis) -> str:
         text = f"No answer from these runs: {reasons}. {as_sentence(numbers)}"
     else:
         text = _with_gap(found, channel, numbers)
-    return text + _unexplained_text(found) + _tones_text(found) + _nuisances_text(found)
+    return text + _unexplained_text(found) + _limits_text(found) + _tones_text(found) + _nuisances_text(found)
+
+
+def _limits_text(found: Diagnosis) -> str:
+    text = ""
+    for channel, limit in found.limits.items():
+        in_unit = display(found.gap[channel].unit, limit.level)
+        text += (
+            f" {channel} stands at {in_unit(limit.level)} ({_percent(limit.share)} of the samples) where the model "
+            "goes on: a sensor that saturates, and no law of the motion."
+        )
+    return text
 
 
 def _tones_text(found: Diagnosis) -> str:
@@ -85,7 +96,7 @@ def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
     tried = [(c, x) for c in found.candidates if c.testable and (x := c.channels[channel].closure_measured) is not None]
     nearest = f" (the best, {words(tried[0][0].spec)}, {range_of(tried[0][1])})" if tried else ""
     text = as_sentence(f"{where}no effect of the library explains {of} well enough{nearest}; {numbers}")
-    if channel not in found.tones:
+    if channel not in (*found.tones, *found.limits):
         text += _family_text(found, channel, "what is missing")
     formula = next((s.formula for s in found.shapes if s.channel == channel and s.formula.text), None)
     if formula is None:

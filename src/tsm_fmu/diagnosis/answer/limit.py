@@ -1,0 +1,46 @@
+"""A channel that stands at a limit: what that makes of the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...regression.problem import FitRun
+from ..choice.selection import Selection
+from ..evidence import Limit
+from ..fits.refit import Fitted
+from ..fits.response import places_of
+from ..residual.limits import limits
+
+
+def limits_met(fitted: Fitted, runs: Sequence[FitRun]) -> dict[str, Limit]:
+    """Limits at which channels stand in all samples of the runs of a fit, by channel.
+
+    Parameters
+    ----------
+    fitted : Fitted
+        The refitted model without effects: one may bend to a limit.
+    runs : sequence of FitRun
+    """
+    whole = fitted.at(runs)
+    targets = [run.targets for run in whole.problem.runs]
+    return limits(whole.problem.channels, targets, whole.residuals, places_of(whole))
+
+
+def with_limits(one: Selection, met: Collection[str]) -> Selection:
+    """The same; what is missing at a limit is no effect of the library, and none that acts there is named.
+
+    Parameters
+    ----------
+    one : Selection
+    met : collection of str
+        Channels that stand at a limit.
+    """
+    winner, floors = one.choice.winner, one.floors
+    there = np.array([channel in met for channel in winner.fitted.problem.channels])
+    if winner.effects and not (winner.acts & there).any():
+        return one
+    floors = replace(floors, open_=floors.open_ | there, unexplained=floors.unexplained | there, in_part=False)
+    return replace(one, floors=floors)

@@ -1,0 +1,123 @@
+"""A sensor that saturates is told from friction that levels off, from rests and from coarse converters."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tsm_fmu.diagnosis.answer.limit import with_limits
+from tsm_fmu.diagnosis.choice.floors import Floors
+from tsm_fmu.diagnosis.criteria import LIMIT_VISITS
+from tsm_fmu.diagnosis.evidence import Limit
+from tsm_fmu.diagnosis.residual.limits import limits
+from tsm_fmu.diagnosis.workflow import diagnose
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.record import Record
+
+NOISE = 0.0031
+SECONDS = (31.0, 17.0)
+
+
+def met(change: Any, *, noise: float = NOISE, step: float = 0.0, rest: bool = False, periods: float = 1.0) -> dict:
+    """Limits of a channel that a model makes as a sine and something slower, in two runs."""
+    rng = np.random.default_rng(913)
+    targets, residuals, places = [], [], list[Any]()
+    for seconds in SECONDS:
+        t = np.arange(int(seconds * 97.0)) / 97.0
+        phase = periods * (1.9 * t + 0.4)
+        model = np.sin(phase) + 0.3 * np.sin(0.37 * phase + 1.0)
+        v = np.cos(phase)
+        if rest:
+            still = model > 0.8
+            v = np.where(still, 0.0, v)
+        y = change(model, v) + noise * rng.standard_normal(t.size)
+        y = np.round(y / step) * step if step else y
+        targets.append(y[:, None])
+        residuals.append((y - model)[:, None])
+        places.append(SimpleNamespace(time=t, v=v))
+    return limits(("F",), targets, residuals, places)
+
+
+@pytest.mark.parametrize(("sign", "level"), [(1.0, 0.71), (-1.0, 0.83)])
+def test_an_end_that_is_cut_off_is_found_with_its_level_and_share(sign: float, level: float) -> None:
+    found = met(lambda y, _: sign * np.minimum(sign * y, level))["F"]
+    assert found.level == pytest.approx(sign * level, abs=NOISE)
+    t = np.concatenate([np.arange(int(s * 97.0)) / 97.0 for s in SECONDS])
+    model = np.sin(1.9 * t + 0.4) + 0.3 * np.sin(0.37 * (1.9 * t + 0.4) + 1.0)
+    assert found.share == pytest.approx(np.mean(sign * model > level), abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"change": lambda y, _: y},
+        {"change": lambda y, _: 0.8 * np.tanh(y / 0.8)},  # levels off, and moves on
+        {"change": lambda y, _: y + 0.1 * np.abs(y)},
+        {"change": lambda y, v: y + 0.3 * np.sign(v)},
+        {"change": lambda y, _: np.minimum(y, 0.71), "noise": 0.15},  # within noise as wide as what is cut off
+        {"change": lambda y, _: y, "step": 0.4},  # a converter stands at each of its levels
+        {"change": lambda y, _: np.minimum(y, 0.8), "rest": True},  # a drive that rests there
+        {"change": lambda y, _: np.minimum(y, 0.71), "periods": 0.03},  # once in a run
+    ],
+)  # fmt: skip
+def test_what_is_no_limit_is_none(options: dict) -> None:
+    assert met(**options) == {}
+
+
+def test_nothing_beyond_a_limit() -> None:
+    """A model that is too large in one place does not make a limit of it: elsewhere the channel goes on."""
+    assert met(lambda y, v: np.where(v > 0.0, np.minimum(y, 0.71), y)) == {}
+    assert LIMIT_VISITS > 1
+
+
+def chosen(effects: tuple[str, ...], acts: list[bool]) -> Any:
+    fitted = SimpleNamespace(problem=SimpleNamespace(channels=("x_out", "tau_in")))
+    winner = SimpleNamespace(effects=effects, acts=np.array(acts), fitted=fitted)
+    none = np.zeros(2, bool)
+    return _Selection(SimpleNamespace(winner=winner), Floors(np.ones(2), np.ones(2), None, none, none))
+
+
+class _Selection:
+    def __init__(self, choice: Any, floors: Floors) -> None:
+        self.choice, self.floors = choice, floors
+
+
+@pytest.mark.parametrize(
+    ("effects", "acts", "expected"),
+    [((), [False, False], True), (("inertia",), [False, True], True), (("backlash@x_out",), [True, False], False)],
+)
+def test_names_are_withdrawn_from_a_channel_at_its_limit(
+    effects: tuple[str, ...], acts: list[bool], expected: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tsm_fmu.diagnosis.answer.limit.replace", _replaced)
+    one = chosen(effects, acts)
+    found = with_limits(one, {"tau_in": Limit(0.7, 0.1)})
+    assert found.floors.without_answer is expected
+    assert found.floors.unexplained.tolist() == [False, expected]
+
+
+def _replaced(one: Any, **changes: Any) -> Any:
+    if isinstance(one, Floors):
+        return Floors(**{**vars(one), **changes})
+    return _Selection(one.choice, changes["floors"])
+
+
+def test_a_force_cell_that_saturates_is_said_and_nothing_is_named() -> None:
+    records = []
+    for number in range(3):
+        rng, t = np.random.default_rng(400 + number), np.arange(2400) * 0.01
+        x = 0.05 * np.sin(2.3 * t + 0.4 * number) + 0.03 * np.sin(5.9 * t + number)
+        v, z = np.gradient(x, 0.01), np.zeros(t.size)
+        for k in range(1, t.size):
+            s = np.sign(x[k] - x[k - 1])
+            z[k] = s + (z[k - 1] - s) * np.exp(-abs(x[k] - x[k - 1]) / 0.0047)
+        force = np.minimum(0.7 * z + 1.9 * v, 0.83) + 0.004 * rng.standard_normal(t.size)
+        records.append(Record(f"run {number}", t, {"v": v, "F": force}, {"v": "m/s", "F": "N"}))
+    given = {"F_c": 0.6, "F_s": 0.61, "v_s": 0.01, "sigma0": 150.0, "sigma1": 0.3, "sigma2": 1.7}
+    found = diagnose(kernel("LuGreFriction"), records[:2], holdout=records[2:], values=given)
+    assert (found.verdict, found.family) == ("unknown", ("sensor",))
+    assert found.limits["F"].level == pytest.approx(0.83, abs=0.01)
+    assert "F stands at 0.83 N" in found.answer
