@@ -18,7 +18,7 @@ MIDDLE = (0.05, 0.95)
 """Quantiles between which a width is taken."""
 HIGHEST = 0.999
 """Quantile of a channel that is its end: beyond may be a spike."""
-SAME, WIDER = 1.3, 1.5
+SAME, WIDER = 1.3, 1.1
 """Of a limit the width stays below so many times itself from one part to the next, while that of the model grows."""
 SLOWEST = 0.05
 """Part of the RMS of the speed below which the drive counts as resting: there a channel may stand."""
