@@ -15,7 +15,7 @@ from tsm_fmu.diagnosis.answer.tone import with_tones
 from tsm_fmu.diagnosis.choice.floors import Floors
 from tsm_fmu.diagnosis.criteria import EFFECT_SPREAD_SHARE, REFERENCE_RATIO
 from tsm_fmu.diagnosis.evidence import Tone
-from tsm_fmu.diagnosis.residual.tones import tones
+from tsm_fmu.diagnosis.residual.tones import size_of_tone, tones
 from tsm_fmu.diagnosis.workflow import diagnose
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record
@@ -103,33 +103,66 @@ def test_a_tone_must_make_a_notable_part_of_what_is_left() -> None:
     assert heard(hum(), noise=0.09) == {}
 
 
-def selected(effects: tuple[str, ...] = ()) -> Any:
+HUM = Tone(11.0, 0.03, 0.04)
+
+
+def selected(effects: tuple[str, ...] = (), coarse: tuple[str, ...] = (), reference: Any = None) -> Any:
     fitted = SimpleNamespace(rmse=np.array([0.05, 0.04]), problem=SimpleNamespace(channels=("F", "x")))
-    floors = Floors(np.array([0.048, 0.03]), np.array([0.02, 0.03]), None, np.zeros(2, bool), np.zeros(2, bool))
+    floors = Floors(np.array([0.048, 0.03]), np.array([0.02, 0.03]), reference, np.zeros(2, bool), np.zeros(2, bool))
     choice = SimpleNamespace(winner=SimpleNamespace(fitted=fitted, effects=effects))
+    levels = tuple(SimpleNamespace(channel=channel) for channel in coarse)
 
     @dataclass(frozen=True)
     class Selected:
         choice: Any
         floors: Floors
+        baselines: Any
 
-    return Selected(choice, floors)
+    return Selected(choice, floors, SimpleNamespace(levels=levels))
 
 
 def test_where_no_effect_is_missing_a_tone_is_and_no_floor_holds_it() -> None:
-    found = with_tones(selected(), {"F": Tone(11.0, 0.03)}, {}).floors
+    found = with_tones(selected(), {"F": HUM}, {}).floors
     assert found.unexplained.tolist() == found.open_.tolist() == [True, False]
     assert found.noise == pytest.approx([0.04, 0.03])
     assert found.least == pytest.approx([0.02, 0.03])
     assert found.without_answer
     beside = selected(("viscous",))
-    assert with_tones(beside, {"F": Tone(11.0, 0.03)}, {}) is beside
+    assert with_tones(beside, {"F": HUM}, {}) is beside
+    assert not with_tones(selected(coarse=("F",)), {"F": HUM}, {}).floors.without_answer, "its steps are missing"
+    told = with_tones(selected(reference=np.array([0.044, 0.01])), {"F": HUM}, {}).floors
+    assert told.noise == pytest.approx([0.044, 0.03]), "not below what reference runs leave"
+
+
+@pytest.mark.parametrize("kept", [0.4, 0.8])
+def test_samples_that_are_not_compared_say_nothing_of_a_tone(kept: float) -> None:
+    rng, t = np.random.default_rng(19), np.arange(4000) / 97.0
+    y = hum()(t, 0) + 0.01 * rng.standard_normal(t.size)
+    y[rng.random(t.size // 40).repeat(40) > kept] = np.nan
+    v = np.gradient(moved(t), t)
+    found = tones(("F",), [y[:, None]], [Way(t, v, np.gradient(v, t))], np.array([0.7]))["F"]
+    assert found.frequency == pytest.approx(11.37, abs=0.01)
+    assert found.rms == pytest.approx(0.05, rel=0.03)
+    assert found.beside == pytest.approx(0.01, rel=0.05)
+    of_reference = size_of_tone([0.1 * y[:, None]], [Way(t, v, v)], 0, 11.37)
+    assert of_reference == pytest.approx(0.005, rel=0.05)
+
+
+def test_at_a_steady_speed_a_tone_may_be_a_law_of_the_position() -> None:
+    t = np.arange(4000) / 97.0
+    y = hum()(t, 0)
+    for v in (0.0 * t, 0.05 + 0.002 * np.sin(3.1 * t)):
+        assert tones(("F",), [y[:, None]], [Way(t, v, np.gradient(v, t))], np.array([0.7])) == {}
+
+
+def test_a_hum_that_starts_late_is_no_tone() -> None:
+    assert heard(lambda t, k: np.where(t > 0.5 * t[-1], hum(size=0.2)(t, k), 0.0), noise=0.05) == {}
 
 
 @pytest.mark.parametrize(("part", "missing"), [(0.98, True), (1.02, False)])
 def test_a_tone_that_reference_runs_hold_is_not_missing(part: float, missing: bool) -> None:
-    before = {"F": Tone(11.0, part * 0.03 / REFERENCE_RATIO)}
-    found = with_tones(selected(), {"F": Tone(11.0, 0.03)}, before).floors
+    before = {"F": part * 0.03 / REFERENCE_RATIO}
+    found = with_tones(selected(), {"F": HUM}, before).floors
     assert found.without_answer is missing
     assert found.noise == pytest.approx([0.04 if missing else 0.048, 0.03])
 

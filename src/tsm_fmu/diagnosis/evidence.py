@@ -208,12 +208,13 @@ class Tone:
     ----------
     frequency : float
         [Hz]
-    rms : float
-        In the channel's SI unit.
+    rms, beside : float
+        Of the tone, and of what is left beside it, in the channel's SI unit.
     """
 
     frequency: float
     rms: float
+    beside: float
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,7 @@ class Diagnosis:
     family_evidence : tuple of FamilyShare
         What the laws of each family predict of the residual of each channel, most first.
     tones : mapping of str to Tone
-        Tones that the answer's model leaves, by channel: of mains or a pump, and no law of the motion.
+        Tones in what the best model of the search leaves, by channel: of mains or a pump, and no law of the motion.
     limits : mapping of str to Limit
         Limits at which channels stand where the model goes on, by channel: of a sensor that saturates.
     candidates : tuple of Candidate

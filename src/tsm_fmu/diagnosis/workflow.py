@@ -27,7 +27,7 @@ from .answer.next_motion import next_motion
 from .answer.parameters import bound_notes, card_of, changes_of, model_fit, per_run_values
 from .answer.sentence import answer, leading_channel
 from .answer.shape import located, with_position_law
-from .answer.tone import tones_left, with_tones
+from .answer.tone import sizes_on, tones_left, with_tones
 from .answer.verdict import Verdict, verdict_of
 from .choice.baselines import baselines, refitted_model
 from .choice.hypotheses import can_leave_out
@@ -37,6 +37,7 @@ from .choice.selection import Selection, select, without_names
 from .choice.visibility import unexcited
 from .criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,
+    FAMILY_SHARE,
     LITTLE_SPREAD_SHARE,
     NOTABLE_RATIO,
     PRESLIDING_STROKE_SHARE,
@@ -274,7 +275,7 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
             result = without_names(result)
         heard = tones_left(result.choice.winner.fitted, runs.measured)
         if heard:
-            before = tones_left(fitted.reference, runs.reference) if fitted.reference else {}
+            before = sizes_on(fitted.reference, runs.reference, heard) if fitted.reference else {}
             result = with_tones(result, heard, before)
         met = limits_met(base.fitted, runs.measured)
         if met:
@@ -351,7 +352,8 @@ def _described(
     judged = verdict.word != "not_excited"
     families = families_of(verdict.effects, equivalent, telling, channel, closest) if judged else ()
     if verdict.word == "unknown" and channel in found.tones:
-        families = ("time",)
+        predicted = [e.family for e in found.evidence if e.channel == channel and e.share > FAMILY_SHARE]
+        families = ("time", *(f for f in families if f in predicted and f != "time"))
     if verdict.word == "unknown" and channel in found.limits:
         families = ("sensor",)
     if missing and "position" in families:

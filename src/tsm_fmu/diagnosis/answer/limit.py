@@ -26,7 +26,7 @@ def limits_met(fitted: Fitted, runs: Sequence[FitRun]) -> dict[str, Limit]:
     """
     whole = fitted.at(runs)
     targets = [run.targets for run in whole.problem.runs]
-    return limits(whole.problem.channels, targets, whole.residuals, places_of(whole))
+    return limits(whole.problem.channels, targets, whole.compared_residuals, places_of(whole))
 
 
 def with_limits(one: Selection, met: Collection[str]) -> Selection:

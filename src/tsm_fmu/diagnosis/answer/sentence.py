@@ -62,7 +62,7 @@ def _tones_text(found: Diagnosis) -> str:
         in_unit = display(found.gap[channel].unit, tone.rms)
         text += (
             f" What is left of {channel} hums at {tone.frequency:.4g} Hz ({in_unit(tone.rms)} RMS), in step from end "
-            "to end of each run: mains or a pump, and no law of the motion."
+            "to end of each run: mains or a pump, or a faster tone sampled too slowly, and no law of the motion."
         )
     return text
 
@@ -96,7 +96,7 @@ def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
     tried = [(c, x) for c in found.candidates if c.testable and (x := c.channels[channel].closure_measured) is not None]
     nearest = f" (the best, {words(tried[0][0].spec)}, {range_of(tried[0][1])})" if tried else ""
     text = as_sentence(f"{where}no effect of the library explains {of} well enough{nearest}; {numbers}")
-    if channel not in (*found.tones, *found.limits):
+    if channel not in found.limits and not (channel in found.tones and found.family == ("time",)):
         text += _family_text(found, channel, "what is missing")
     formula = next((s.formula for s in found.shapes if s.channel == channel and s.formula.text), None)
     if formula is None:
@@ -168,7 +168,7 @@ def leading_channel(found: Diagnosis) -> str | None:
 
     def weight(g: Gap) -> float:
         removed = max(g.refitted**2 - g.after**2, 0.0) if answered else 0.0
-        return (removed or 1e-9 * g.refitted**2) / max(g.floor, 1e-300) ** 2
+        return (removed or 1e-9 * g.refitted**2) / max(g.floor, 1e-150) ** 2
 
     return max(found.gap, key=lambda c: (found.gap[c].unexplained and not answered, weight(found.gap[c])), default=None)
 

@@ -13,35 +13,58 @@ from ..criteria import REFERENCE_RATIO
 from ..evidence import Tone
 from ..fits.refit import Fitted
 from ..fits.response import places_of
-from ..residual.tones import tones
+from ..residual.tones import size_of_tone, tones
 
 
 def tones_left(fitted: Fitted, runs: Sequence[FitRun]) -> dict[str, Tone]:
     """Tones in what a fit leaves of all samples of its runs, by channel."""
     whole = fitted.at(runs)
-    return tones(whole.problem.channels, whole.residuals, places_of(whole), whole.spread)
+    return tones(whole.problem.channels, whole.compared_residuals, places_of(whole), whole.spread)
 
 
-def with_tones(one: Selection, heard: Mapping[str, Tone], on_reference: Mapping[str, Tone]) -> Selection:
+def sizes_on(reference: Fitted, runs: Sequence[FitRun], heard: Mapping[str, Tone]) -> dict[str, float]:
+    """RMS of the same tones in what the model leaves of reference runs, by channel.
+
+    Parameters
+    ----------
+    reference : Fitted
+        The model on reference runs.
+    runs : sequence of FitRun
+        All samples of these.
+    heard : mapping of str to Tone
+    """
+    whole = reference.at(runs)
+    left, places, channels = whole.compared_residuals, places_of(whole), whole.problem.channels
+    return {c: size_of_tone(left, places, channels.index(c), tone.frequency) for c, tone in heard.items()}
+
+
+def with_tones(one: Selection, heard: Mapping[str, Tone], on_reference: Mapping[str, float]) -> Selection:
     """The same; where no effect is missing, tones that reference runs do not hold as well are.
 
-    Nothing of the library makes them, and noise they are not: a floor is at most what is left beside them.
+    Nothing of the library makes them, and noise they are not: a floor is at most what is left beside them, and at least
+    what the model leaves of reference runs.
 
     Parameters
     ----------
     one : Selection
-    heard, on_reference : mapping of str to Tone
-        In what the winner leaves, and the model on reference runs, by channel.
+    heard : mapping of str to Tone
+        In what the winner leaves, by channel.
+    on_reference : mapping of str to float
+        RMS of the same tones on reference runs, by channel.
     """
     if one.choice.winner.effects:
         return one
-    fitted, floors = one.choice.winner.fitted, one.floors
-    there = {c: REFERENCE_RATIO * tone.rms for c, tone in on_reference.items()}
-    missing = {c: tone.rms for c, tone in heard.items() if tone.rms > there.get(c, 0.0)}
-    size = np.array([missing.get(c, 0.0) for c in fitted.problem.channels])
-    beside = np.where(size > 0.0, np.sqrt(np.maximum(fitted.rmse**2 - size**2, 0.0)), np.inf)
+    channels, floors = one.choice.winner.fitted.problem.channels, one.floors
+    coarse = [levels.channel for levels in one.baselines.levels]  # missing already
+    missing = {
+        c: tone for c, tone in heard.items()
+        if c not in coarse and tone.rms > REFERENCE_RATIO * on_reference.get(c, 0.0)
+    }  # fmt: skip
+    there = np.array([c in missing for c in channels])
+    beside = np.array([missing[c].beside if c in missing else np.inf for c in channels])
+    known = np.zeros(len(channels)) if floors.reference is None else floors.reference
     floors = replace(
-        floors, noise=np.minimum(floors.noise, beside), least=np.minimum(floors.least, beside),
-        open_=floors.open_ | (size > 0.0), unexplained=floors.unexplained | (size > 0.0),
+        floors, noise=np.minimum(floors.noise, np.maximum(beside, known)), least=np.minimum(floors.least, beside),
+        open_=floors.open_ | there, unexplained=floors.unexplained | there,
     )  # fmt: skip
     return replace(one, floors=floors)

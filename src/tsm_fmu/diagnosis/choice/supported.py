@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...effects import looks_like
+from ...effects import effect_of, looks_like, starts_of
 from ...kernels.arrays import BoolArray, FloatArray
 from ...regression.problem import FitRun
 from ...regression.threads import together
@@ -251,7 +251,8 @@ def _within_allowance(
     pairs = [(one.measured, best.measured, baseline, best.effective)]
     if one.held_out is not None and best.held_out is not None and baseline_held_out is not None:
         pairs.append((one.held_out, best.held_out, baseline_held_out, best.effective_held_out))
-    alike = len(one.effects) == len(best.effects) and any(looks_like(spec, one.effects) for spec in best.effects)
+    own, other = ([e for e in h.effects if e not in than.effects] for h, than in ((best, one), (one, best)))
+    alike = len(own) == len(other) and any(looks_like(e, other) and starts_of(effect_of(e)) for e in own)
     free = best.values_of_runs > (0 if alike else one.values_of_runs)
     # other motions than theirs may show less of the form of the model: what halves that on all runs, with motions of
     # their own among them, is no form of it

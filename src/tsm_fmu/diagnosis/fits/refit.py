@@ -74,6 +74,15 @@ class Fitted:
         """Measured minus simulated, one array (n, channels) a run."""
         return self.problem.gaps(self.table)
 
+    @property
+    def compared_residuals(self) -> list[FloatArray]:
+        """The same, NaN where nothing is compared."""
+        runs = self.problem.runs
+        return [
+            np.where(run.unresolved, np.nan, r) if run.unresolved.size else r
+            for run, r in zip(runs, self.residuals, strict=True)
+        ]
+
     @cached_property
     def rmse(self) -> FloatArray:
         """Pooled over samples, by channel."""

@@ -114,6 +114,10 @@ class _Tried(NamedTuple):
     alike: tuple[float, Place]
 
 
+def _same(one: Place, other: Place) -> bool:
+    return one[0] == other[0] and all(np.array_equal(v, other[1][name]) for name, v in one[1].items())
+
+
 def _closer(best: _Tried, tried: Callable[[FloatArray], list[_Tried]]) -> _Tried:
     """The best shape in a neighbourhood that shrinks: many shapes between those of a first draw fit nothing."""
     rng = np.random.default_rng(11)
@@ -143,6 +147,7 @@ class _Bench:
         if starts_of(module):  # from the best states a descent may end in another valley
             alike = [place for _, place in sorted((one.alike for one in found), key=lambda one: -one[0])]
             starts = [place for both in zip(starts, alike, strict=True) for place in both]
+            starts = [one for k, one in enumerate(starts) if not any(_same(one, other) for other in starts[:k])]
         return Screened(attached, found[0].gain, starts, self.responses.limits(acting))
 
     def _tried(self, acting: Acting, at: FloatArray) -> list[_Tried]:

@@ -34,7 +34,7 @@ def limits(
     ----------
     channels : sequence of str
     targets, residuals : sequence of ndarray, shape (n, channels)
-        Of each run: what was measured, and what a model leaves of it.
+        Of each run: what was measured, and what a model leaves of it, NaN where that is not compared.
     places : sequence of Coordinates
         At the same samples.
     """
@@ -45,8 +45,10 @@ def limits(
     for c, channel in enumerate(channels):
         y = np.concatenate([one[:, c] for one in targets])
         model = y - np.concatenate([one[:, c] for one in residuals])
+        known = np.isfinite(model)
+        model = np.where(known, model, y)
         least = LIMIT_STEPS * quantisation_step(y)
-        ends = [_limit(sign * y, sign * model, moves, edges, least) for sign in (1.0, -1.0)]
+        ends = [_limit(sign * y, sign * model, moves & known, edges, least) for sign in (1.0, -1.0)]
         sides = [(one, sign) for one, sign in zip(ends, (1.0, -1.0), strict=True) if one]
         if sides:
             one, sign = max(sides, key=lambda side: side[0].share)

@@ -13,6 +13,10 @@ from ..criteria import EFFECT_SPREAD_SHARE, TONE_MOTION_RATIO, TONE_SHARE
 from ..evidence import Tone
 from ..runs.motion_signals import Coordinates
 
+FEWEST = 100
+"""Samples of each run that a spectrum is taken of."""
+STEADY = 0.2
+"""Deviation of the speed, over its mean, below which it is steady."""
 PADDING = 4
 """Lines of a spectrum for each that its samples make: a tone lies between two of these."""
 
@@ -23,33 +27,67 @@ def tones(
     """Tones in what a model leaves, by channel: of one frequency in all runs, as loud and in step from end to end.
 
     Looked for far above the motion, whose own harmonics lie below; told where they are a notable part of what is left
-    and of the channel.
+    and of the channel. At a steady speed a tone is not told from a law of the position, without a motion not from one
+    of the inputs: there is none then.
 
     Parameters
     ----------
     channels : sequence of str
     residuals : sequence of ndarray, shape (n, channels)
-        One array a run, of all its samples: of fewer the frequency would be an alias.
+        One array a run, of all its samples: of fewer the frequency would be an alias. NaN where nothing is compared.
     places : sequence of Coordinates
         At the same samples.
     spread : ndarray, shape (channels,)
         Standard deviation of each channel.
     """
-    times = [c.time for c in places]
     v, a = (float(np.sqrt(np.mean(np.concatenate([getattr(c, n) for c in places]) ** 2))) for n in ("v", "a"))
-    lowest = TONE_MOTION_RATIO * a / max(2.0 * np.pi * v, 1e-300)
+    speed = np.abs(np.concatenate([c.v for c in places]))
+    if v == 0.0 or a == 0.0 or float(speed.std()) < STEADY * float(speed.mean()):
+        return {}
+    lowest = TONE_MOTION_RATIO * a / (2.0 * np.pi * v)
     found = {}
     for c, channel in enumerate(channels):
-        left = [r[:, c] - r[:, c].mean() for r in residuals]
+        times, left = _compared(residuals, places, c)
+        if min(time.size for time in times) < FEWEST:
+            continue
         frequency = _loudest(times, left, lowest)
         if frequency is None:
             continue
         heard = [_nearest(time, y, frequency) for time, y in zip(times, left, strict=True)]
-        size = float(np.sqrt(np.mean(np.concatenate(heard) ** 2)))
+        size, beside = _rms(heard), _rms([y - tone for y, tone in zip(left, heard, strict=True)])
         least = min(_least_share(y, tone) for y, tone in zip(left, heard, strict=True))
         if least > TONE_SHARE and size > EFFECT_SPREAD_SHARE * spread[c]:
-            found[channel] = Tone(frequency, size)
+            found[channel] = Tone(frequency, size, beside)
     return found
+
+
+def size_of_tone(residuals: Sequence[FloatArray], places: Sequence[Coordinates], c: int, frequency: float) -> float:
+    """RMS of the tone of a frequency in a channel of residuals, however little of them it makes.
+
+    Parameters
+    ----------
+    residuals : sequence of ndarray, shape (n, channels)
+    places : sequence of Coordinates
+    c : int
+        Column of the channel.
+    frequency : float
+        [Hz]
+    """
+    times, left = _compared(residuals, places, c)
+    return _rms([_nearest(time, y, frequency) for time, y in zip(times, left, strict=True)])
+
+
+def _compared(
+    residuals: Sequence[FloatArray], places: Sequence[Coordinates], c: int
+) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Time, and what is left of a channel about its mean, of each run where it is compared."""
+    known = [np.isfinite(r[:, c]) for r in residuals]
+    times = [one.time[k] for one, k in zip(places, known, strict=True)]
+    return times, [r[k, c] - np.mean(r[k, c]) if k.any() else r[k, c] for r, k in zip(residuals, known, strict=True)]
+
+
+def _rms(parts: Sequence[FloatArray]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
 
 
 def _loudest(times: Sequence[FloatArray], left: Sequence[FloatArray], lowest: float) -> float | None:
