@@ -62,7 +62,7 @@ class Screened:
         Parameters of the effect at the best shapes, best first, by public name of the chain; and its states at the
         start of each run.
     limits : dict of str to tuple
-        Range of its shape parameters.
+        Range of its shape parameters, of sizes with a bound and of states at the start.
     """
 
     attached: Attached
