@@ -12,12 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from tsm_fmu.diagnosis.fits.refit import Task, as_given, rms
+from tsm_fmu.diagnosis.fits.refit import Task, as_given
 from tsm_fmu.diagnosis.result import Diagnosis
 from tsm_fmu.diagnosis.workflow import diagnose
 from tsm_fmu.identification.fit import fit
 from tsm_fmu.kernels.chain import chain
 from tsm_fmu.logs.record import Record, read_record
+from tsm_fmu.regression.residuals import rms
 from tsm_fmu.regression.specification import fit_run, per_run_fields, search_space
 
 from .davinci_data import SETTLED, data_folder, values_of

@@ -25,13 +25,13 @@ def hyperbolic(x: np.ndarray) -> np.ndarray:
     return z
 
 
-def exponential(x: np.ndarray) -> np.ndarray:
-    """Dahl's presliding dz/dx = (1 - s z) / X_PRE, exactly."""
+def exponential(x: np.ndarray, reach: float = X_PRE) -> np.ndarray:
+    """Dahl's presliding dz/dx = (1 - s z) / reach, exactly."""
     z = np.zeros(x.size)
     for k in range(1, x.size):
         d = x[k] - x[k - 1]
         s = np.sign(d)
-        z[k] = s + (z[k - 1] - s) * np.exp(-abs(d) / X_PRE)
+        z[k] = s + (z[k - 1] - s) * np.exp(-abs(d) / reach)
     return z
 
 

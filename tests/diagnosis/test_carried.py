@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.fits.carried import CarriedOver, carried_over, pooled
-from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit, rms
+from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.models.contract import InputError
 from tsm_fmu.regression.problem import FitRun
+from tsm_fmu.regression.residuals import rms
 
 Rig = Callable[..., FitRun]
 NOISE = 0.004

@@ -21,13 +21,14 @@ from tsm_fmu.diagnosis.fits.nuisance import (
     with_pooled_offsets,
 )
 from tsm_fmu.diagnosis.fits.quantised import Levels, coarse, step_noise
-from tsm_fmu.diagnosis.fits.refit import Fitted, Task, _forgotten, effective_samples, refit, rms
+from tsm_fmu.diagnosis.fits.refit import Fitted, Task, _forgotten, effective_samples, refit
 from tsm_fmu.diagnosis.fits.response import Acting
 from tsm_fmu.diagnosis.fits.screening import _Bench, screen
 from tsm_fmu.effects import sizes_of
 from tsm_fmu.kernels.chain import attach
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun
+from tsm_fmu.regression.residuals import rms
 
 Rig = Callable[..., FitRun]
 MODEL = kernel("LuGreFriction")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.diagnosis.conftest import exponential
 from tsm_fmu.diagnosis.answer.limit import with_limits
 from tsm_fmu.diagnosis.choice.floors import Floors
 from tsm_fmu.diagnosis.criteria import LIMIT_VISITS
@@ -80,9 +82,10 @@ def chosen(effects: tuple[str, ...], acts: list[bool]) -> Any:
     return _Selection(SimpleNamespace(winner=winner), Floors(np.ones(2), np.ones(2), None, none, none))
 
 
+@dataclass(frozen=True)
 class _Selection:
-    def __init__(self, choice: Any, floors: Floors) -> None:
-        self.choice, self.floors = choice, floors
+    choice: Any
+    floors: Floors
 
 
 @pytest.mark.parametrize(
@@ -90,19 +93,12 @@ class _Selection:
     [((), [False, False], True), (("inertia",), [False, True], True), (("backlash@x_out",), [True, False], False)],
 )
 def test_names_are_withdrawn_from_a_channel_at_its_limit(
-    effects: tuple[str, ...], acts: list[bool], expected: bool, monkeypatch: pytest.MonkeyPatch
+    effects: tuple[str, ...], acts: list[bool], expected: bool
 ) -> None:
-    monkeypatch.setattr("tsm_fmu.diagnosis.answer.limit.replace", _replaced)
     one = chosen(effects, acts)
     found = with_limits(one, {"tau_in": Limit(0.7, 0.1)})
     assert found.floors.without_answer is expected
     assert found.floors.unexplained.tolist() == [False, expected]
-
-
-def _replaced(one: Any, **changes: Any) -> Any:
-    if isinstance(one, Floors):
-        return Floors(**{**vars(one), **changes})
-    return _Selection(one.choice, changes["floors"])
 
 
 def test_a_force_cell_that_saturates_is_said_and_nothing_is_named() -> None:
@@ -110,11 +106,8 @@ def test_a_force_cell_that_saturates_is_said_and_nothing_is_named() -> None:
     for number in range(3):
         rng, t = np.random.default_rng(400 + number), np.arange(2400) * 0.01
         x = 0.05 * np.sin(2.3 * t + 0.4 * number) + 0.03 * np.sin(5.9 * t + number)
-        v, z = np.gradient(x, 0.01), np.zeros(t.size)
-        for k in range(1, t.size):
-            s = np.sign(x[k] - x[k - 1])
-            z[k] = s + (z[k - 1] - s) * np.exp(-abs(x[k] - x[k - 1]) / 0.0047)
-        force = np.minimum(0.7 * z + 1.9 * v, 0.83) + 0.004 * rng.standard_normal(t.size)
+        v = np.gradient(x, 0.01)
+        force = np.minimum(0.7 * exponential(x, 0.0047) + 1.9 * v, 0.83) + 0.004 * rng.standard_normal(t.size)
         records.append(Record(f"run {number}", t, {"v": v, "F": force}, {"v": "m/s", "F": "N"}))
     given = {"F_c": 0.6, "F_s": 0.61, "v_s": 0.01, "sigma0": 150.0, "sigma1": 0.3, "sigma2": 1.7}
     found = diagnose(kernel("LuGreFriction"), records[:2], holdout=records[2:], values=given)

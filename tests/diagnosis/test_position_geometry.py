@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from tests.diagnosis.conftest import exponential
 from tsm_fmu.diagnosis.answer.shape import located, with_position_law
 from tsm_fmu.diagnosis.fits.disguise import disguised
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
@@ -37,10 +38,7 @@ def rig(seed: int, radius: float, law: Callable[[np.ndarray], np.ndarray] = ripp
     t = np.arange(ROWS) * DT
     waves = ((0.21, 0.083), (0.11, 0.29), (0.05, 0.71))
     x = np.sum([a * np.sin(2 * np.pi * f * t + rng.random() * 6.0) for a, f in waves], axis=0)
-    v, z = np.gradient(x, DT), np.zeros(ROWS)
-    for k in range(1, ROWS):
-        d = x[k] - x[k - 1]
-        z[k] = np.sign(d) + (z[k - 1] - np.sign(d)) * np.exp(-abs(d) / 0.0054)
+    v, z = np.gradient(x, DT), exponential(x, 0.0054)
     theta = x / radius + 1.1
     force = 0.7 * z + 0.1 * v + law(theta) + 0.01 * rng.normal(size=ROWS)
     return Record(f"run {seed}", t, {"x": 4.2 + x, "v": v, "F": force}, {"x": "m", "v": "m/s", "F": "N"})

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from tests.diagnosis.conftest import exponential
 from tsm_fmu.diagnosis.criteria import SHAPE_RANGE_RATIO
 from tsm_fmu.diagnosis.fits.nuisance import refit_with
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
@@ -45,9 +45,7 @@ def rig(number: int, level: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> R
     """Bristles of an exponential law, whose level changes slowly; the travel in runs of this length."""
     rng, t = np.random.default_rng(900 + number), np.arange(ROWS) * DT
     x = 0.05 * np.sin(2.3 * t + 0.4 * number) + 0.03 * np.sin(5.9 * t + number)
-    v, z = np.gradient(x, DT), np.zeros(ROWS)
-    for k, (a, b) in enumerate(pairwise(x), 1):
-        z[k] = np.sign(b - a) + (z[k - 1] - np.sign(b - a)) * np.exp(-abs(b - a) / 0.0047)
+    v, z = np.gradient(x, DT), exponential(x, 0.0047)
     travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))]) / 2.9
     force = 0.7 * z * level(BEFORE[number] + travel, t) + 0.1 * v + NOISE * rng.normal(size=ROWS)
     return Record(f"run {number}", t, {"v": v, "F": force}, {"v": "m/s", "F": "N"})

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.diagnosis.conftest import exponential
 from tsm_fmu.diagnosis.fits.nuisance import refit_without, significant_nuisances
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.diagnosis.fits.takeover import without
@@ -19,23 +20,14 @@ GIVEN = {
 }  # fmt: skip
 
 
-def relaxing(x: np.ndarray, reach: float) -> np.ndarray:
-    """What has turned approaches its other side exponentially with the travel."""
-    z = np.zeros(x.size)
-    for k in range(1, x.size):
-        d = x[k] - x[k - 1]
-        z[k] = np.sign(d) + (z[k - 1] - np.sign(d)) * np.exp(-abs(d) / reach)
-    return z
-
-
 @pytest.fixture(scope="module")
 def drive() -> FitRun:
     """A run of a drive with a lost motion, zero and friction in closed form, as `DistalEstimator` sees it."""
     rng, t = np.random.default_rng(71), 0.01 * np.arange(1200)
     x = np.minimum(t / 0.5, 1.0) ** 2 * (0.8 * np.sin(1.1 * t + 0.4) + 0.4 * np.sin(2.9 * t))
     torque = 0.4 * np.sin(1.7 * t + 0.3)
-    out = 0.97 * x - 0.23 * relaxing(x, 0.11) + 0.052
-    load = (torque - 0.104 * relaxing(x, 0.019)) / 1.03
+    out = 0.97 * x - 0.23 * exponential(x, 0.11) + 0.052
+    load = (torque - 0.104 * exponential(x, 0.019)) / 1.03
     targets = np.column_stack([out, load]) + rng.normal(size=(t.size, 2)) * [2e-3, 1e-3]
     return FitRun("run", t, np.column_stack([x, torque]), targets)
 

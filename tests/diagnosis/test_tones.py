@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from tests.diagnosis.conftest import exponential
 from tsm_fmu.diagnosis.answer.tone import with_tones
 from tsm_fmu.diagnosis.choice.floors import Floors
 from tsm_fmu.diagnosis.criteria import EFFECT_SPREAD_SHARE, REFERENCE_RATIO
@@ -171,11 +172,12 @@ def rig(number: int, size: float) -> Record:
     """Bristles of an exponential law and 13.7 Hz beside."""
     rng, t = np.random.default_rng(300 + number), np.arange(2400) * 0.01
     x = moved(t + 0.7 * number)
-    z = np.zeros(t.size)
-    for k in range(1, t.size):
-        d = x[k] - x[k - 1]
-        z[k] = np.sign(d) + (z[k - 1] - np.sign(d)) * np.exp(-abs(d) / 0.0047)
-    force = 0.7 * z + 0.1 * np.gradient(x, t) + hum(13.7, size)(t, number) + 0.004 * rng.standard_normal(t.size)
+    force = (
+        0.7 * exponential(x, 0.0047)
+        + 0.1 * np.gradient(x, t)
+        + hum(13.7, size)(t, number)
+        + 0.004 * rng.standard_normal(t.size)
+    )
     return Record(f"run {number}", t, {"v": np.gradient(x, t), "F": force}, {"v": "m/s", "F": "N"})
 
 

@@ -322,9 +322,22 @@ TONE_MOTION_RATIO = 8.0
 """A tone is looked for above this many times the frequency of the motion, which is that of its acceleration over its
 speed: below, it may be a harmonic."""
 
+TONE_STEADY_SHARE = 0.2
+"""Deviation of the speed over its mean below which it is steady: a tone may then be a law of the position."""
+
 LIMIT_WIDTH_SHARE = 0.25
 """Where the model is highest, or lowest, the channel moves by less than this part of what the model does and is nowhere
 beyond: it stands at a limit. What a model lacks of friction bends, and does not stop."""
+
+LIMIT_SAME_RATIO = 1.3
+"""From one part of the model's highest samples to the next larger one a channel at a limit moves by less than this many
+times as much, as its noise does."""
+
+LIMIT_WIDER_RATIO = 1.1
+"""The model moves there by more than this many times as much: it goes on."""
+
+LIMIT_SPEED_SHARE = 0.05
+"""A drive below this part of the RMS of its speed may rest there, and its channel with it."""
 
 LIMIT_VISITS = 3
 """Stretches of motion in which it does so, at least: once may be chance, or a rest."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,6 +72,12 @@ def noise_floor(run: FitRun) -> FloatArray | None:
     count = run.time.size // period
     folded = run.targets[: count * period].reshape(count, period, -1)
     return np.sqrt(np.mean(folded.var(axis=0, ddof=1), axis=0))
+
+
+def rms(residuals: Sequence[FloatArray]) -> FloatArray:
+    """Root mean square over the samples of all runs, by channel; infinite where they are too large to be squared."""
+    with np.errstate(over="ignore"):
+        return np.sqrt(np.mean(np.concatenate(list(residuals)) ** 2, axis=0))
 
 
 def white_noise(samples: FloatArray) -> FloatArray:

@@ -9,10 +9,11 @@ import numpy as np
 
 from ...kernels.arrays import FloatArray
 from ...regression.problem import FitRun
+from ...regression.residuals import rms
 from ..choice.floors import Floors
 from ..criteria import GAP_FLOOR_SHARE
 from ..evidence import Gap
-from ..fits.refit import Fitted, rms
+from ..fits.refit import Fitted
 
 RESAMPLES = 500
 

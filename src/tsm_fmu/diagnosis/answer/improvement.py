@@ -12,9 +12,10 @@ from ...kernels.arrays import FloatArray
 from ...logs.display import display
 from ...regression.held_out import SETTLING, is_settling, settled
 from ...regression.problem import FitRun
+from ...regression.residuals import rms
 from ..choice.path import Stop
 from ..criteria import ZERO_SHARE
-from ..fits.refit import Fitted, rms
+from ..fits.refit import Fitted
 from ..improved import ImprovedModel, ImprovementStep, RunZeros
 from ..runs.prepared import PreparedRuns
 from .parameters import card_of

@@ -38,9 +38,8 @@ def with_limits(one: Selection, met: Collection[str]) -> Selection:
     met : collection of str
         Channels that stand at a limit.
     """
-    winner, floors = one.choice.winner, one.floors
+    winner = one.choice.winner
     there = np.array([channel in met for channel in winner.fitted.problem.channels])
     if winner.effects and not (winner.acts & there).any():
         return one
-    floors = replace(floors, open_=floors.open_ | there, unexplained=floors.unexplained | there, in_part=False)
-    return replace(one, floors=floors)
+    return replace(one, floors=replace(one.floors.missing_at(there), in_part=False))

@@ -42,29 +42,27 @@ def answer(found: Diagnosis) -> str:
         text = f"No answer from these runs: {reasons}. {as_sentence(numbers)}"
     else:
         text = _with_gap(found, channel, numbers)
-    return text + _unexplained_text(found) + _limits_text(found) + _tones_text(found) + _nuisances_text(found)
+    return text + _unexplained_text(found) + _instruments_text(found) + _nuisances_text(found)
 
 
-def _limits_text(found: Diagnosis) -> str:
-    text = ""
-    for channel, limit in found.limits.items():
-        in_unit = display(found.gap[channel].unit, limit.level)
-        text += (
-            f" {channel} stands at {in_unit(limit.level)} ({_percent(limit.share)} of the samples) where the model "
-            "goes on: a sensor that saturates, and no law of the motion."
-        )
-    return text
+def _instruments_text(found: Diagnosis) -> str:
+    """What the instruments do: limits that they stand at, and what hums."""
+    said = [
+        f" {channel} stands at {_in_unit_of(found, channel, limit.level)} ({_percent(limit.share)} of the samples) "
+        "where the model goes on: a sensor that saturates, and no law of the motion."
+        for channel, limit in found.limits.items()
+    ]
+    said += [
+        f" What is left of {channel} hums at {tone.frequency:.4g} Hz ({_in_unit_of(found, channel, tone.rms)} RMS), in "
+        "step from end to end of each run: mains or a pump, or a faster tone sampled too slowly, and no law of the "
+        "motion."
+        for channel, tone in found.tones.items()
+    ]
+    return "".join(said)
 
 
-def _tones_text(found: Diagnosis) -> str:
-    text = ""
-    for channel, tone in found.tones.items():
-        in_unit = display(found.gap[channel].unit, tone.rms)
-        text += (
-            f" What is left of {channel} hums at {tone.frequency:.4g} Hz ({in_unit(tone.rms)} RMS), in step from end "
-            "to end of each run: mains or a pump, or a faster tone sampled too slowly, and no law of the motion."
-        )
-    return text
+def _in_unit_of(found: Diagnosis, channel: str, value: float) -> str:
+    return display(found.gap[channel].unit, value)(value)
 
 
 def _unexplained_text(found: Diagnosis) -> str:

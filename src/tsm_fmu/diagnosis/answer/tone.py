@@ -63,8 +63,5 @@ def with_tones(one: Selection, heard: Mapping[str, Tone], on_reference: Mapping[
     there = np.array([c in missing for c in channels])
     beside = np.array([missing[c].beside if c in missing else np.inf for c in channels])
     known = np.zeros(len(channels)) if floors.reference is None else floors.reference
-    floors = replace(
-        floors, noise=np.minimum(floors.noise, np.maximum(beside, known)), least=np.minimum(floors.least, beside),
-        open_=floors.open_ | there, unexplained=floors.unexplained | there,
-    )  # fmt: skip
-    return replace(one, floors=floors)
+    noise, least = np.minimum(floors.noise, np.maximum(beside, known)), np.minimum(floors.least, beside)
+    return replace(one, floors=replace(floors.missing_at(there), noise=noise, least=least))

@@ -7,7 +7,7 @@ to be noise of an instrument.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,6 +59,10 @@ class Floors:
     open_: BoolArray
     unexplained: BoolArray
     in_part: bool = False
+
+    def missing_at(self, there: BoolArray) -> Floors:
+        """The same, with something left there that is no noise and that no effect explains."""
+        return replace(self, open_=self.open_ | there, unexplained=self.unexplained | there)
 
     @property
     def without_answer(self) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 from ...effects import about, looks_like, place_of
 from ...kernels.arrays import BoolArray, FloatArray
 from ...regression.problem import FitRun
+from ...regression.residuals import rms
 from ...regression.threads import together
 from ..criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,
@@ -21,7 +22,7 @@ from ..criteria import (
     MUCH_LESS_RATIO,
     NOTABLE_RATIO,
 )
-from ..fits.refit import Fitted, rms
+from ..fits.refit import Fitted
 from .baselines import Baselines
 from .explained import of_explained_channels
 from .floors import Floors, floors_of, least_floor

@@ -19,6 +19,7 @@ from ...kernels.attached import Attached
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
 from ...regression.problem import FitRun
+from ...regression.residuals import rms
 from ...regression.thinning import thinned
 from ...regression.threads import together
 from ..criteria import (
@@ -33,7 +34,7 @@ from ..criteria import (
 from ..fits.disguise import angle_stands
 from ..fits.extent import SHAPES
 from ..fits.placing import least_stroke
-from ..fits.refit import Fitted, rms
+from ..fits.refit import Fitted
 from ..fits.response import Responses
 from .hypotheses import Hypothesis
 

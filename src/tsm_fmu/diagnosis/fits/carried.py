@@ -16,7 +16,8 @@ import numpy as np
 from ...kernels.arrays import FloatArray
 from ...regression.held_out import is_settling
 from ...regression.problem import FitRun
-from .refit import Fitted, descent, effective_samples, rms
+from ...regression.residuals import rms
+from .refit import Fitted, descent, effective_samples
 
 STEPS = 6
 """Steps of the move."""

@@ -16,6 +16,7 @@ from ...models.contract import InputError, flat
 from ...regression.descent import Descent
 from ...regression.held_out import held_out_errors, settled
 from ...regression.problem import FitRun, Problem
+from ...regression.residuals import rms
 from ...regression.sensitivity import sensitivity_scales
 from ...regression.specification import per_run_fields, search_space
 from ...regression.uncertainty import autocorrelation_time
@@ -165,12 +166,6 @@ def effective_samples(residuals: Sequence[FloatArray]) -> FloatArray:
     """Independent samples that the residual of each channel is worth, by its autocorrelation; at least four."""
     times = [[r.shape[0] / autocorrelation_time(r[:, c]) for c in range(r.shape[1])] for r in residuals]
     return np.maximum(np.sum(times, axis=0), 4.0)
-
-
-def rms(residuals: Sequence[FloatArray]) -> FloatArray:
-    """Root mean square over the samples of all runs, by channel; infinite where they are too large to be squared."""
-    with np.errstate(over="ignore"):
-        return np.sqrt(np.mean(np.concatenate(list(residuals)) ** 2, axis=0))
 
 
 @dataclass(frozen=True)

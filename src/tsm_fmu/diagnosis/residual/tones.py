@@ -9,14 +9,13 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ...kernels.arrays import FloatArray
-from ..criteria import EFFECT_SPREAD_SHARE, TONE_MOTION_RATIO, TONE_SHARE
+from ...regression.residuals import rms
+from ..criteria import EFFECT_SPREAD_SHARE, TONE_MOTION_RATIO, TONE_SHARE, TONE_STEADY_SHARE
 from ..evidence import Tone
 from ..runs.motion_signals import Coordinates
 
 FEWEST = 100
 """Samples of each run that a spectrum is taken of."""
-STEADY = 0.2
-"""Deviation of the speed, over its mean, below which it is steady."""
 PADDING = 4
 """Lines of a spectrum for each that its samples make: a tone lies between two of these."""
 
@@ -42,7 +41,7 @@ def tones(
     """
     v, a = (float(np.sqrt(np.mean(np.concatenate([getattr(c, n) for c in places]) ** 2))) for n in ("v", "a"))
     speed = np.abs(np.concatenate([c.v for c in places]))
-    if v == 0.0 or a == 0.0 or float(speed.std()) < STEADY * float(speed.mean()):
+    if v == 0.0 or a == 0.0 or float(speed.std()) < TONE_STEADY_SHARE * float(speed.mean()):
         return {}
     lowest = TONE_MOTION_RATIO * a / (2.0 * np.pi * v)
     found = {}
@@ -54,7 +53,7 @@ def tones(
         if frequency is None:
             continue
         heard = [_nearest(time, y, frequency) for time, y in zip(times, left, strict=True)]
-        size, beside = _rms(heard), _rms([y - tone for y, tone in zip(left, heard, strict=True)])
+        size, beside = (float(rms(of)) for of in (heard, [y - tone for y, tone in zip(left, heard, strict=True)]))
         least = min(_least_share(y, tone) for y, tone in zip(left, heard, strict=True))
         if least > TONE_SHARE and size > EFFECT_SPREAD_SHARE * spread[c]:
             found[channel] = Tone(frequency, size, beside)
@@ -74,7 +73,7 @@ def size_of_tone(residuals: Sequence[FloatArray], places: Sequence[Coordinates],
         [Hz]
     """
     times, left = _compared(residuals, places, c)
-    return _rms([_nearest(time, y, frequency) for time, y in zip(times, left, strict=True)])
+    return float(rms([_nearest(time, y, frequency) for time, y in zip(times, left, strict=True)]))
 
 
 def _compared(
@@ -84,10 +83,6 @@ def _compared(
     known = [np.isfinite(r[:, c]) for r in residuals]
     times = [one.time[k] for one, k in zip(places, known, strict=True)]
     return times, [r[k, c] - np.mean(r[k, c]) if k.any() else r[k, c] for r, k in zip(residuals, known, strict=True)]
-
-
-def _rms(parts: Sequence[FloatArray]) -> float:
-    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
 
 
 def _loudest(times: Sequence[FloatArray], left: Sequence[FloatArray], lowest: float) -> float | None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
+from scipy.stats import iqr
 
 from ...checking import check_record
 from ...kernels.arrays import FloatArray
@@ -74,4 +75,4 @@ def _clipped(record: Record, channel: str, modelled: Callable[[str], FloatArray]
 def _moves(own: FloatArray) -> float:
     """Range of a signal but for its rarest values; without end where it is not known."""
     own = own[np.isfinite(own)]
-    return float(np.subtract(*np.quantile(own, (0.95, 0.05)))) if own.size else np.inf
+    return float(iqr(own, rng=(5, 95))) if own.size else np.inf
