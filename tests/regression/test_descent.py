@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from tsm_fmu.kernels.kernel import kernel
-from tsm_fmu.regression.descent import Objective, triangle
+from tsm_fmu.regression.descent import Descent, Objective, triangle
 from tsm_fmu.regression.problem import FitRun, Problem
 from tsm_fmu.regression.projection import Eliminated, Projection
 from tsm_fmu.regression.scaled_variables import ScaledVariables
@@ -83,3 +85,47 @@ def test_slopes_are_those_of_every_value_moved_alone(lead: int, tie: float) -> N
     assert np.allclose(
         found.T @ turned.residual(q), columns.T @ residual, rtol=0.0, atol=1e-9 * np.linalg.norm(residual)
     )
+
+
+class Curved:
+    """A narrow curved valley with noise at its ground, or scattered exponentials; counts its derivatives."""
+
+    def __init__(self, valley: bool, lo: float, seed: int) -> None:
+        self.noise = 0.3 * np.random.default_rng(seed).normal(size=40)
+        self.valley, self.slopes_asked, self.t = valley, 0, np.linspace(0.0, 2.0, 40)
+        self.variables = SimpleNamespace(axes=[0, 1], lo=np.full(2, lo), hi=np.full(2, np.inf))
+
+    def at(self, q: np.ndarray) -> np.ndarray:
+        return self.residual(q)
+
+    def residual(self, q: np.ndarray) -> np.ndarray:
+        if self.valley:
+            return np.concatenate([[10.0 * (q[1] - q[0] ** 2), 1.0 - q[0]], 0.1 * self.noise])
+        return np.exp(-q[0] * self.t) + q[1] * self.t - np.exp(-0.7 * self.t) - 0.4 * self.t + self.noise
+
+    def jacobian(self, q: np.ndarray) -> np.ndarray:
+        self.slopes_asked += 1
+        if self.valley:
+            return np.vstack([[[-20.0 * q[0], 10.0], [-1.0, 0.0]], np.zeros((40, 2))])
+        return np.column_stack([-self.t * np.exp(-q[0] * self.t), self.t])
+
+
+@pytest.mark.parametrize("valley", [True, False])
+@pytest.mark.parametrize("lo", [-np.inf, -1.3, 0.45])
+@pytest.mark.parametrize(("change", "steps"), [(1e-4, 2), (1e-4, 5), (1e-1, 60), (1e-4, 60), (1e-9, 60)])
+def test_a_descent_ends_where_scipys_does_and_asks_for_no_slope_that_is_not_used(
+    valley: bool, lo: float, change: float, steps: int
+) -> None:
+    asked = []
+    for seed in range(20):
+        start = np.maximum(np.random.default_rng(seed).normal(size=2) * [1.0, 2.0], lo + 0.01)
+        here, there = Curved(valley, lo, seed), Curved(valley, lo, seed)
+        found = Descent(change, 1e-9, 1e-9, steps).descend(here, start)  # pyright: ignore[reportArgumentType]
+        whole = least_squares(
+            there.residual, start, there.jacobian, (there.variables.lo, there.variables.hi), x_scale="jac",
+            ftol=change, xtol=1e-9, gtol=1e-9, max_nfev=steps,
+        )  # fmt: skip
+        assert found.tolist() == whole.x.tolist()
+        asked.append((here.slopes_asked, there.slopes_asked))
+    assert all(one <= other for one, other in asked)
+    assert any(one < other for one, other in asked) or change < 1e-8  # which ends where the slope vanishes

@@ -30,6 +30,9 @@ CACHED_ROWS, MANY_ROWS = 4096, 10_000
 APART = 1e-4
 """Part of each column beyond those before it from which on their products tell them apart, to half the digits."""
 
+WELL_PREDICTED = 0.25
+"""Part of a predicted gain: a step that gains less ends no descent, for the next one is shorter. As in scipy."""
+
 
 @dataclass(frozen=True)
 class Descent:
@@ -89,12 +92,13 @@ class Descent:
         """Scaled values of the local minimum reached from ``q``; ``q`` itself where the model fails there."""
         if not objective.variables.axes or objective.at(q) is None:
             return q
+        course = _Course(objective, self.cost_tolerance, self.most_steps)
         try:
             with np.errstate(over="ignore", invalid="ignore"):  # powers of slopes far from any answer: no step is taken
                 return least_squares(
-                    objective.residual,
+                    course.residual,
                     q,
-                    jac=objective.jacobian,  # pyright: ignore[reportArgumentType]
+                    jac=course.jacobian,  # pyright: ignore[reportArgumentType]
                     bounds=(objective.variables.lo, objective.variables.hi),
                     x_scale="jac",
                     ftol=self.cost_tolerance,
@@ -102,6 +106,8 @@ class Descent:
                     gtol=self.gradient_tolerance,
                     max_nfev=self.most_steps,
                 ).x
+        except _Arrived as arrived:
+            return arrived.q
         except (ValueError, np.linalg.LinAlgError):  # a slope that is not finite: the model overflows beside the point
             return q
 
@@ -190,6 +196,56 @@ class Objective:
             moved[i] += step
             found[:, i] = (self.problem.pooling_residual(self.variables.table(moved)) - still) / step
         return found
+
+
+class _Arrived(Exception):
+    """A descent has ended."""
+
+    def __init__(self, q: FloatArray) -> None:
+        super().__init__()
+        self.q = q
+
+
+class _Course:
+    """A descent that ends where scipy's ends, which would only then ask for the derivatives of its last point.
+
+    Parameters
+    ----------
+    objective : Objective
+    cost_tolerance, most_steps
+        As of `Descent`.
+    """
+
+    def __init__(self, objective: Objective, cost_tolerance: float, most_steps: int) -> None:
+        self.objective, self.cost_tolerance, self.most_steps = objective, cost_tolerance, most_steps
+        self.evaluations = 0
+        self.last: tuple[FloatArray, FloatArray, FloatArray] | None = None
+
+    def residual(self, q: FloatArray) -> FloatArray:
+        """That of the objective, counted."""
+        self.evaluations += 1
+        return self.objective.residual(q)
+
+    def jacobian(self, q: FloatArray) -> FloatArray:
+        """That of the objective; raises `_Arrived` where a descent has ended and would not use it."""
+        residual = self.objective.residual(q)
+        if self.last and (self.evaluations >= self.most_steps or self._hardly_less(q, residual)):
+            raise _Arrived(q)
+        found = self.objective.jacobian(q)
+        self.last = q.copy(), residual, found
+        return found
+
+    def _hardly_less(self, q: FloatArray, residual: FloatArray) -> bool:
+        """Whether the last step gained next to nothing, and not for want of a model that predicts its gain.
+
+        What scipy predicts beside a bound is less, and so a larger part of it is gained: where this ends, that does.
+        """
+        assert self.last
+        before, still, slopes = self.last
+        gained = still @ still - residual @ residual
+        change = slopes @ (q - before)
+        predicted = -change @ (2.0 * still + change)
+        return bool(gained < self.cost_tolerance * (still @ still) and gained > WELL_PREDICTED * predicted)
 
 
 def triangle(residual: FloatArray, columns: FloatArray) -> FloatArray:
