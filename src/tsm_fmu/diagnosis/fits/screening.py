@@ -16,15 +16,13 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import nnls
 
 from ...effects import shapes_of, sizes_of, starts_of
-from ...kernels.arrays import FloatArray
+from ...kernels.arrays import BoolArray, FloatArray
 from ...kernels.attached import Attached
-from ...kernels.kernel import Kernel
 from ...regression.thinning import thinned
 from ...regression.threads import together
-from ..criteria import IMITATED_SHARE
+from .amounts import Products, explained, products
 from .extent import quantiles
 from .refit import Fitted
 from .response import Acting, Responses, public
@@ -34,11 +32,6 @@ ROWS = 3000
 """Samples of all runs together that the linear step looks at."""
 COLUMNS = 128
 """Responses that are looked at together, for memory."""
-UNREACHED = 1e-6
-"""Part of the residual's size that the response to the largest step makes at least: what does less, as a layer behind
-the end of the motion, would need sizes without bounds."""
-DAMPING = 1e-4
-"""Keeps a response small of which nearly all is imitated by the baseline: the linear step must not lead far away."""
 SWEEPS = 3
 """Times, at most, that the states at the start of all runs are gone through for better ones."""
 NO_GAIN = 1e-2
@@ -154,6 +147,8 @@ class _Bench:
         """An effect at several shapes, by the quantiles of their ranges."""
         module, found = acting.attached.module, []
         sizes, states = list(sizes_of(module)), self.responses.states(module)
+        lowest = {v.name: v.quantity.lo for v in acting.effect.parameters}
+        signed = np.array([lowest[n] < 0.0 for n in sizes])
 
         def placed(what: _Explained, shape: dict[str, float], steps: FloatArray) -> Place:
             values = {**shape, **dict(zip(sizes, (what.amounts * steps).tolist(), strict=True))}
@@ -166,72 +161,87 @@ class _Bench:
             columns, steps = acting.columns([{**shape, **states[0]} for shape in shapes])
             others = [acting.columns([{**shape, **state} for shape in shapes], steps)[0] for state in states[1:]]
             by_state = np.stack([columns, *others], axis=1)
-            for one, shape, responses, step in zip(few, shapes, by_state, steps, strict=True):
-                alike, best = self._in_states(acting.effect, sizes, responses)
+            flat = by_state.reshape(-1, *columns.shape[1:])
+            of_all = products(flat, self.responses.outside(flat), self.residual, self.channels)
+            gains, amounts = explained(of_all, self.before, signed)
+            every = [
+                _Explained(float(gain), amount, [k % len(states)] * len(self.responses.rows))
+                for k, (gain, amount) in enumerate(zip(gains, amounts, strict=True))
+            ]
+            each = [every[k : k + len(states)] for k in range(0, len(every), len(states))]
+            for one, shape, responses, in_all, step in zip(few, shapes, by_state, each, steps, strict=True):
+                alike, best = in_all[0], self._in_states(in_all, responses, signed)
                 place = placed(best, shape, step)
                 found.append(_Tried(best.gain, one, place, (alike.gain, placed(alike, shape, step))))
         return found
 
-    def _in_states(self, effect: Kernel, sizes: Sequence[str], responses: FloatArray) -> tuple[_Explained, _Explained]:
-        """What an effect explains with its first state at the start of all runs, and with the best one of each run.
+    def _in_states(self, every: Sequence[_Explained], responses: FloatArray, signed: BoolArray) -> _Explained:
+        """What an effect explains with the best state of each run, from that which is best in all of them.
 
         Parameters
         ----------
-        effect : Kernel
-        sizes : sequence of str
+        every : sequence of _Explained
+            With each state in all runs.
         responses : ndarray, shape (states, sizes, n)
             To each size, with each state at the start of all runs.
+        signed : ndarray of bool, shape (sizes,)
         """
-        runs, edges = len(self.responses.rows), self.responses.edges
-        outside = self.responses.outside(responses)
-        every = [
-            _Explained(*self._explained(effect, sizes, *one), [i] * runs)
-            for i, one in enumerate(zip(responses, outside, strict=True))
-        ]
         most = max(one.gain for one in every) - NO_GAIN
         best = next(one for one in every if one.gain >= most)  # of those that nothing tells apart, the first
-        if len(every) == 1 or runs == 1:
-            return every[0], best
+        runs, edges, states = len(self.responses.rows), self.responses.edges, len(every)
+        if states == 1 or runs == 1:
+            return best
         parts = np.zeros((runs, *responses.shape))
         for k, (a, b) in enumerate(pairwise(edges)):
             parts[k, :, :, a:b] = responses[:, :, a:b]
-        outside = self.responses.outside(parts)
+        of_parts = _Parts(parts, self.responses.outside(parts), self.residual, self.channels)
         for _ in range(SWEEPS):
             before = best
             for k in range(runs):
-                rest = [(j, i) for j, i in enumerate(best.states) if j != k]
-                beside = [np.sum([one[at] for at in rest], axis=0) for one in (parts, outside)]
-                for i in range(len(responses)):
-                    now = self._explained(effect, sizes, beside[0] + parts[k, i], beside[1] + outside[k, i])
-                    if now[0] > best.gain + NO_GAIN:
-                        best = _Explained(*now, [*best.states[:k], i, *best.states[k + 1 :]])
+                gains, amounts = explained(of_parts.with_run(k, best.states), self.before, signed)
+                for i in range(states):
+                    if gains[i] > best.gain + NO_GAIN:
+                        best = _Explained(float(gains[i]), amounts[i], [*best.states[:k], i, *best.states[k + 1 :]])
             if best is before:
                 break
-        return every[0], best
-
-    def _explained(
-        self, effect: Kernel, sizes: Sequence[str], columns: FloatArray, outside: FloatArray
-    ) -> tuple[float, FloatArray]:
-        """Log of the mean square left over that without the effect, and the amounts of its size parameters."""
-        scale, whole = (np.sqrt(np.einsum("ij,ij->i", rows, rows)) for rows in (outside, columns))
-        reaches = whole > UNREACHED * np.linalg.norm(self.residual)
-        shows = scale > IMITATED_SHARE * np.where(reaches, whole, np.inf)
-        used = outside / np.where(shows, scale, np.inf)[:, None]
-        signed = {v.name: v.quantity.lo < 0.0 for v in effect.parameters}
-        owner = [(i, sign) for i, n in enumerate(sizes) for sign in ((1.0, -1.0) if signed[n] else (1.0,))]
-        rows, signs = [i for i, _ in owner], np.array([sign for _, sign in owner])
-        gram, cross = used @ used.T, used @ self.residual
-        bulk = np.array([whole[i] / scale[i] if shows[i] else 1.0 for i in rows])
-        normal = gram[np.ix_(rows, rows)] * np.outer(signs, signs) + np.diag(DAMPING * bulk**2)
-        amounts, _ = nnls(normal, cross[rows] * signs)
-        found = np.zeros(len(sizes))
-        for (i, sign), amount in zip(owner, amounts, strict=True):
-            found[i] += sign * amount / scale[i] if shows[i] else 0.0
-        after = self.residual - found @ outside
-        closed = np.maximum(self._squares(after), 1e-6 * self.before)
-        return float(np.sum(np.log(self.before / closed))), found
+        return best
 
     def _squares(self, column: FloatArray) -> FloatArray:
         """Sum of squares by channel."""
         by_channel = column.reshape(-1, self.channels)
         return np.maximum(np.einsum("ij,ij->j", by_channel, by_channel), 1e-300)
+
+
+class _Parts:
+    """Products of the responses of single runs with each state, from which those of any states follow.
+
+    Parameters
+    ----------
+    parts, outside : ndarray, shape (runs, states, sizes, n)
+        Responses where one run's alone are not zero, and what of these nothing else imitates.
+    residual : ndarray, shape (n,)
+    channels : int
+    """
+
+    def __init__(self, parts: FloatArray, outside: FloatArray, residual: FloatArray, channels: int) -> None:
+        runs, states, sizes, n = parts.shape
+        flat = products(parts.reshape(1, -1, n), outside.reshape(1, -1, n), residual, channels)
+        self.whole = flat.whole.reshape(runs, states, sizes)
+        self.gram = flat.gram.reshape(channels, runs, states, sizes, runs, states, sizes)
+        self.cross = flat.cross.reshape(channels, runs, states, sizes)
+
+    def with_run(self, k: int, states: Sequence[int]) -> Products:
+        """Of all runs at their states, the k-th at each state in turn: as many sets."""
+        others = [j for j in range(len(states)) if j != k]
+        at = [states[j] for j in others]
+        beside = self.gram[:, others, at].sum(
+            axis=1
+        )  # of all others with each part: channels, sizes, runs, states, sizes
+        still = beside[:, :, others, at].sum(axis=2)
+        mixed = np.moveaxis(beside[:, :, k], 2, 0)  # states, channels, sizes, sizes of the run
+        own = np.moveaxis(np.diagonal(self.gram[:, k, :, :, k], axis1=1, axis2=3), -1, 0)
+        return Products(
+            self.whole[others, at].sum(axis=0) + self.whole[k],
+            still + mixed + mixed.swapaxes(2, 3) + own,
+            self.cross[:, others, at].sum(axis=1) + np.moveaxis(self.cross[:, k], 1, 0),
+        )
