@@ -103,7 +103,6 @@ class Kernel:
         InputError
             Unknown preset or name, value not a number, out of bounds, or a joint condition violated.
         """
-        numbers = {v.name: v.start for v in self.parameters}
         if preset is not None:
             if preset not in self.presets:
                 raise InputError(
@@ -111,7 +110,8 @@ class Kernel:
                     "-- see 'tsm-fmu list'"
                 )
             values = {**self.presets[preset].si, **(values or {})}
-        by_name = {v.name: v for v in self.parameters}
+        by_name = self._by_name
+        numbers = {name: v.start for name, v in by_name.items()}
         for name, value in (values or {}).items():
             if name not in by_name:
                 raise InputError(
@@ -121,6 +121,10 @@ class Kernel:
         p = packed(self.module.Params, list(numbers.values()))
         self.check(p)
         return p
+
+    @cached_property
+    def _by_name(self) -> dict[str, Variable]:
+        return {v.name: v for v in self.parameters}
 
     def named(self, p: Any) -> dict[str, float]:
         """Values of parameters by public name, SI."""

@@ -13,14 +13,15 @@ reading that stays far longer than the levels beside it were passed, or two that
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-from ..kernels.arrays import FloatArray
+from ..kernels.arrays import BoolArray, FloatArray
 
 __all__ = ["smoothest_within_steps"]
 
@@ -78,26 +79,44 @@ def _rests(x: FloatArray, step: float) -> Iterator[_Rest]:
     A stretch that begins or ends softly does so within the level of the rest: it has as much of that as it may take.
     """
     edges = np.flatnonzero(np.abs(np.diff(x)) > 0.2 * step) + 1
-    first = np.concatenate([[0], edges, [x.size]]).tolist()
-    lengths, at = np.diff(first).tolist(), x[first[:-1]]
-    a = 0
-    while a < len(lengths):
-        of_two = max(_past_the_last(at, a, partner, step) for partner in (step, -step))
+    first = np.concatenate([[0], edges, [x.size]])
+    lengths, at = np.diff(first), x[first[:-1]]
+    begun, levels = 0, at.tolist()
+    for a in np.flatnonzero(_may_rest(lengths, at, step)).tolist():
+        if a < begun:
+            continue
+        of_two = max(_past_the_last(levels, a, partner, step) for partner in (step, -step))
         for b, longer in ((of_two, _REST_OF_TWO), (a + 1, _REST)):
-            before, after = lengths[a - 1] if a else 0, lengths[b] if b < len(lengths) else 0
+            before, after = (int(lengths[k]) if 0 <= k < lengths.size else 0 for k in (a - 1, b))
             if first[b] - first[a] > max(longer * max(before, after), _FEWEST):
                 come, go = (int(_SOFTLY * max(0, n - 1)) for n in (before, after))
-                edge = None if b == a + 1 else 0.5 * float(at[a] + at[a + 1])
-                yield _Rest(first[a] + come, first[b] - go, edge)
-                a = b - 1
+                edge = None if b == a + 1 else 0.5 * (levels[a] + levels[a + 1])
+                yield _Rest(int(first[a]) + come, int(first[b]) - go, edge)
+                begun = b
                 break
-        a += 1
 
 
-def _past_the_last(levels: FloatArray, a: int, partner: float, step: float) -> int:
+def _may_rest(lengths: NDArray[np.intp], at: FloatArray, step: float) -> BoolArray:
+    """Levels that stay long, alone or with the next one, or are read in turn with it; few ask for a closer look."""
+
+    def stays(levels: int, longer: float) -> BoolArray:
+        """Whether so many levels from one on take so many times as long as those beside them."""
+        whole = np.convolve(lengths, np.ones(levels, dtype=int), "valid")
+        beside = np.concatenate([[0], lengths, [0]])
+        return whole > np.maximum(longer * np.maximum(beside[: whole.size], beside[levels + 1 :]), _FEWEST)
+
+    found = stays(1, _REST)
+    if lengths.size > 1:
+        found[:-1] |= stays(2, _REST_OF_TWO)
+        to_third = np.abs(at[2:] - at[:-2])
+        found[:-2] |= np.minimum(to_third, np.abs(to_third - step)) < 0.2 * step
+    return found
+
+
+def _past_the_last(levels: Sequence[float], a: int, partner: float, step: float) -> int:
     """Number past the last of the levels from one on that are all that one or its neighbour."""
     b = a + 1
-    while b < levels.size and min(abs(levels[b] - levels[a]), abs(levels[b] - levels[a] - partner)) < 0.2 * step:
+    while b < len(levels) and min(abs(levels[b] - levels[a]), abs(levels[b] - levels[a] - partner)) < 0.2 * step:
         b += 1
     return b
 

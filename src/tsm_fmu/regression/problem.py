@@ -268,7 +268,9 @@ class Problem:
     def _channels(self, points: Points) -> list[FloatArray]:
         simulated = zip(points, self._simulated(points), strict=True)
         runs = self.runs
-        return [runs[k].compared(y[runs[k].lead_time.size :, self.columns]) for (k, _), y in simulated]
+        one = self.columns[0] if len(self.columns) == 1 else None
+        columns = self.columns if one is None else slice(one, one + 1)  # of one channel nothing is copied
+        return [runs[k].compared(y[runs[k].lead_time.size :, columns]) for (k, _), y in simulated]
 
     def _by_pieces(
         self, work: Callable[[Points], list[FloatArray]], points: Points,
