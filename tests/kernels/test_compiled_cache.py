@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import shutil
@@ -14,6 +15,7 @@ from pathlib import Path
 import pytest
 
 import tsm_fmu
+from tsm_fmu import models
 from tsm_fmu.kernels import compiled_cache
 
 PROGRAM = """
@@ -158,3 +160,28 @@ def test_threads_that_compile_beside_each_other_leave_the_setting_as_it_was():
     with ThreadPoolExecutor(4) as pool:
         assert all(pool.map(decorated, range(40)))
     assert getattr(config, compiled_cache.SETTING) == before
+
+
+def test_threads_tell_importlib_one_after_the_other_to_look_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """It deletes what has gone from its list while it goes through it: two at once raise a KeyError."""
+    gone = [str(tmp_path / f"gone{k}") for k in range(3)]
+    sys.path_importer_cache.update(dict.fromkeys(gone))
+    inside, most, look = [], [], importlib.invalidate_caches
+
+    def slow() -> None:
+        inside.append(None)
+        most.append(len(inside))
+        time.sleep(2e-3)
+        look()
+        inside.pop()
+
+    monkeypatch.setattr(importlib, "invalidate_caches", slow)
+    texts = [f'"""Nothing, for the {k}-th time."""\n' for k in range(12)]
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda t: compiled_cache.module(models, compiled_cache.named("nothing", t), t), texts))
+    assert [one.__doc__ for one in found] == [text.strip().strip('"') for text in texts]
+    assert max(most) == 1
+    assert not set(gone) & set(sys.path_importer_cache)
+    for one in found:
+        del sys.modules[one.__name__]
+        Path(str(one.__file__)).unlink()

@@ -31,6 +31,8 @@ VARIABLE = "TSM_FMU_CACHE"
 SETTING = "CACHE_DIR"
 """numba's, read when a function is decorated."""
 _SETTING_LOCK = threading.RLock()
+_IMPORT_LOCK = threading.RLock()
+"""Threads that tell importlib to look again take places from its list that one of them has taken already."""
 KEPT_DAYS = 30.0
 """Compiled forms of kernels as they no longer are go after this time without use."""
 
@@ -83,10 +85,11 @@ def module(package: ModuleType, name: str, text: str) -> ModuleType:
     place, file = folder(), written(name, text)
     if place is None or file == f"<{name}>":
         return _without_file(package, name, text)
-    if str(place) not in package.__path__:
-        package.__path__.append(str(place))
-    importlib.invalidate_caches()
-    return importlib.import_module(f"{package.__name__}.{name}")
+    with _IMPORT_LOCK:
+        if str(place) not in package.__path__:
+            package.__path__.append(str(place))
+        importlib.invalidate_caches()
+        return importlib.import_module(f"{package.__name__}.{name}")
 
 
 def named(kind: str, text: str) -> str:
