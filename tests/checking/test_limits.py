@@ -15,7 +15,7 @@ from tsm_fmu.checking.sensor import Positions, check_clipping, check_stuck
 from tsm_fmu.checking.spikes import spikes
 from tsm_fmu.logs.record import Record
 
-UNITS = {"x_in": "rad", "x_out": "rad", "tau_in": "N.m", "tau_out": "N.m", "F": "N", "s": "m"}
+UNITS = {"x_in": "rad", "x_out": "rad", "tau_in": "N.m", "tau_out": "N.m", "F": "N", "s": "m", "v": "rad/s"}
 
 
 def record(time: np.ndarray, **columns: np.ndarray) -> Record:
@@ -281,6 +281,18 @@ def test_a_noisy_force_is_stuck_where_it_repeats_thirty_times_longer_than_ever(r
     if stuck:
         assert found[0].rows == (702, 701 + repeats)
         assert "while another" not in found[0].text
+
+
+@pytest.mark.parametrize(("moved", "value", "found"), [(0.0, 0.0, 0), (0.0, 0.02, 1), (0.1, 0.0, 1)])
+def test_a_speed_of_zero_where_the_positions_stand_is_a_rest(moved: float, value: float, found: int) -> None:
+    """Derived of an encoder it is exactly zero there; another value, or zero while a position moves, is a lost link."""
+    rng = np.random.default_rng(5)
+    v = np.sin(0.01 * np.arange(4000.0)) + 0.01 * rng.normal(size=4000)
+    v[1000:2000] = 0.0
+    x = 0.001 * np.cumsum(v) + np.where(np.arange(4000) < 1500, 0.0, moved)
+    v[1000:2000] = value
+    run = record(0.001 * np.arange(4000.0), x_in=x, v=v)
+    assert len(check_stuck(run, "v", Positions.of(run))) == found
 
 
 def test_the_top_of_a_line_lies_between_its_neighbours_as_a_gaussian_through_three_says() -> None:

@@ -46,6 +46,9 @@ LIMIT_SPEED_SHARE = 0.35
 STUCK_TRAVEL_SHARE = 0.3
 """A channel is stuck where it repeats one value while another position moves over more than this part of its range."""
 
+REST_TRAVEL_SHARE = 1e-3
+"""A speed of exactly zero while no position moves over more than this part of its range is a rest."""
+
 STUCK_REPEATS = 30.0
 """A noisy channel is stuck where it repeats one value this many times longer than it usually does."""
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..kernels.arrays import FloatArray
 from ..logs.record import Record
-from .coverage import position_channels
+from .coverage import position_channels, speed_channels
 from .criteria import (
     COARSE_STEPS,
     LIMIT_SAMPLES,
@@ -17,6 +17,7 @@ from .criteria import (
     LIMIT_SPEED_SHARE,
     NEAR_LIMIT_SHARE,
     NOISY_SHARE,
+    REST_TRAVEL_SHARE,
     STUCK_REPEATS,
     STUCK_SHARE,
     STUCK_TRAVEL_SHARE,
@@ -125,6 +126,8 @@ def check_stuck(record: Record, name: str, moving: Positions) -> list[Finding]:
     )
     if travel <= STUCK_TRAVEL_SHARE and not (noisy and long):
         return []
+    if x[first] == 0.0 and moving.names and travel <= REST_TRAVEL_SHARE and name in speed_channels(record):
+        return []  # the speed of what rests
     while_moving = (
         f" while another position moves over {100 * travel:.0f} % of its range" if travel > STUCK_TRAVEL_SHARE else ""
     )

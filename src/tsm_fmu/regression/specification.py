@@ -103,13 +103,30 @@ def measured_channels(model: Kernel, records: Sequence[Record]) -> tuple[str, ..
         If there is none, with what the records have.
     """
     common = set.intersection(*(set(record.columns) for record in records))
-    found = tuple(v.name for v in model.outputs if v.name in common)
+    outputs = [v.name for v in model.outputs]
+    found = tuple(name for name in outputs if name in common)
     if not found:
-        raise InputError(
-            f"the runs have {', '.join(sorted(common)) or 'only time'} in common and no output of {model.name} -- "
-            f"expected one of {', '.join(v.name for v in model.outputs)} -- rename one with --map LOG=NAME"
+        without = [record for record in records if not set(outputs) & set(record.columns)]
+        what = (
+            f"run {without[0].name} has {', '.join(without[0].columns) or 'only time'} and no output of {model.name}"
+            if without
+            else f"no output of {model.name} is in every run ("
+            + "; ".join(f"{r.name} has {', '.join(n for n in outputs if n in r.columns)}" for r in records)
+            + ")"
         )
+        raise InputError(f"{what} -- expected one of {', '.join(outputs)} -- rename one with --map LOG=NAME")
     return found
+
+
+def not_in_every_run(model: Kernel, records: Sequence[Record]) -> tuple[str, ...]:
+    """Say which outputs of the model are not compared because some of the runs do not have them."""
+    found = []
+    for name in (v.name for v in model.outputs):
+        without = [record.name for record in records if name not in record.columns]
+        if 0 < len(without) < len(records):
+            runs = without[0] if len(without) == 1 else f"{len(without)} of {len(records)} runs ({without[0]})"
+            found.append(f"{name} is not compared in any run: it is not in {runs}")
+    return tuple(found)
 
 
 def fit_run(model: Kernel, record: Record, channels: Sequence[str], cutoff: float | None = None) -> FitRun:

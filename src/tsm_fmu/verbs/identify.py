@@ -19,7 +19,7 @@ from ..logs.repeated import without_repeated_rows
 from ..models.contract import Variable
 from ..regression.problem import FitRun
 from ..regression.solver import Report
-from ..regression.specification import fit_run, measured_channels, per_run_fields, search_space
+from ..regression.specification import fit_run, measured_channels, not_in_every_run, per_run_fields, search_space
 from ..report.text import text_table
 from .models import ModelLike, resolve_model
 from .runs import RunLike, grouped
@@ -237,7 +237,13 @@ def identify(
         model_card(found, resolved.preset, measured, held_out, extended.effects),
         tuple(records),
         tuple(fit_runs),
-        (*repeated, *derived, *cutoff_note(cutoff, records, inputs), *_per_run_notes(found)),
+        (
+            *repeated,
+            *not_in_every_run(kernel, records),
+            *derived,
+            *cutoff_note(cutoff, records, inputs),
+            *_per_run_notes(found),
+        ),
     )
 
 

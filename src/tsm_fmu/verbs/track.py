@@ -15,7 +15,7 @@ from ..logs.record import cutoff_note
 from ..logs.repeated import without_repeated_rows
 from ..logs.whole_file import check_folder, remove_earlier, write_whole
 from ..models.contract import InputError
-from ..regression.specification import fit_run, measured_channels, per_run_fields, search_space
+from ..regression.specification import fit_run, measured_channels, not_in_every_run, per_run_fields, search_space
 from ..report.text import text_table
 from ..tracking.follow import TrackedRun, followed, followed_fields
 from ..tracking.life import Series, check_count, series_of
@@ -225,7 +225,9 @@ def track(
     offsets = [v.field for v in kernel.parameters if v.name in kernel.roles.offsets and space[v.field].free]
     tracked = tuple(v.name for v in kernel.parameters if v.field in fields)
     units = {v.name: v.quantity.unit for v in kernel.outputs if v.name in channels}
-    notes = dict.fromkeys([*repeated, *(note for run in fit_runs for note in run.derived)])
+    notes = dict.fromkeys(
+        [*repeated, *not_in_every_run(kernel, records), *(note for run in fit_runs for note in run.derived)]
+    )
 
     def result_of(found: Sequence[TrackedRun]) -> TrackResult:
         return TrackResult(

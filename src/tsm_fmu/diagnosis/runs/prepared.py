@@ -11,7 +11,7 @@ from ...checking import spikes, without_spikes
 from ...kernels.kernel import Kernel
 from ...logs.record import Record
 from ...regression.problem import FitRun
-from ...regression.specification import fit_run, measured_channels
+from ...regression.specification import fit_run, measured_channels, not_in_every_run
 from .beginning import compared_after_gaps, compared_after_start
 from .displacement import position_notes, with_position_between_steps
 from .drivers import with_drives
@@ -81,7 +81,12 @@ def prepared(
     return PreparedRuns(
         model, tuple(channels), tuple(compared[: ends[0]]), tuple(compared[ends[0] : ends[1]]),
         tuple(compared[ends[1] :]), tuple(elsewhere(model, one, moved) for one, moved in zip(read, used, strict=True)),
-        (*notes, *_spike_notes(records, channels), *position_notes(model, read[: ends[0]])),
+        (
+            *notes,
+            *not_in_every_run(model, records),
+            *_spike_notes(records, channels),
+            *position_notes(model, read[: ends[0]]),
+        ),
     )  # fmt: skip
 
 
