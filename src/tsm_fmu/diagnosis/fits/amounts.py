@@ -82,7 +82,7 @@ def explained(of: Products, before: FloatArray, signed: BoolArray) -> tuple[Floa
 
 def _with_signs(normal: FloatArray, cross: FloatArray, signed: BoolArray) -> FloatArray:
     """Minima of a' normal a / 2 - cross' a, none negative that may not be."""
-    found = np.linalg.solve(normal, cross[:, :, None])[:, :, 0]
+    found = np.asarray(np.linalg.solve(normal, cross[:, :, None])[:, :, 0], dtype=np.float64)
     for one in np.flatnonzero((found[:, ~signed] < 0.0).any(axis=1)):
         root = np.linalg.cholesky(normal[one])
         either = np.concatenate([root.T, -root.T[:, signed]], axis=1)
