@@ -106,9 +106,10 @@ def refit_candidates(
     most : int
         Candidates refitted.
     """
-    scales = base.fitted.scales
 
-    def begun(s: Screened, steps: int = FIRST_STEPS) -> tuple[Screened, Fitted] | None:
+    def begun(
+        s: Screened, steps: int = FIRST_STEPS, scales: Mapping[str, float] | None = None
+    ) -> tuple[Screened, Fitted] | None:
         progress(f"refit with {s.attached.spec}")
         second = (starts or {}).get(s.attached.spec)
         try:
@@ -133,7 +134,7 @@ def refit_candidates(
     listed = shortlist(screened, most)
     behind: list[tuple[Screened, Fitted]] = []
     if sum(run.time.size for run in base.fitted.problem.runs) > LONG_ROWS:
-        a_little = partial(begun, steps=EARLY_STEPS)
+        a_little = partial(begun, steps=EARLY_STEPS, scales=base.fitted.scales)
         early = [one for one in together(a_little, listed) if one is not None]
         least = min((_log_mean_square(fitted) for _, fitted in early), default=0.0) + np.log(EARLY_RATIO)
         behind = [(s, fitted) for s, fitted in early if _log_mean_square(fitted) > least]
