@@ -262,24 +262,13 @@ class Problem:
         return total if np.isfinite(total) else np.inf
 
     def _residuals(self, points: Points) -> list[FloatArray]:
-        found = []
-        for (k, _), y in zip(points, self._uncompared(points), strict=True):
-            run, gap = self.runs[k], y - self.runs[k].targets
-            if run.unresolved.size:
-                np.copyto(gap, 0.0, where=run.unresolved)
-            found.append(self.condensed(gap * self.weights))
-        return found
+        simulated = zip(points, self._channels(points), strict=True)
+        return [self.condensed((y - self.runs[k].targets) * self.weights) for (k, _), y in simulated]
 
     def _channels(self, points: Points) -> list[FloatArray]:
-        simulated = zip(points, self._uncompared(points), strict=True)
-        return [self.runs[k].compared(y) for (k, _), y in simulated]
-
-    def _uncompared(self, points: Points) -> list[FloatArray]:
-        """Channels as simulated, also where they are not compared."""
-        one = self.columns[0] if len(self.columns) == 1 else None
-        columns = self.columns if one is None else slice(one, one + 1)  # of one channel nothing is copied
         simulated = zip(points, self._simulated(points), strict=True)
-        return [y[self.runs[k].lead_time.size :, columns] for (k, _), y in simulated]
+        runs = self.runs
+        return [runs[k].compared(y[runs[k].lead_time.size :, self.columns]) for (k, _), y in simulated]
 
     def _by_pieces(
         self, work: Callable[[Points], list[FloatArray]], points: Points,
