@@ -166,7 +166,7 @@ def read_card(path: str | os.PathLike[str]) -> ModelCard:
     source = f"card {path}"
     card = _card(_Table(data, source, ""))
     try:
-        declared = {v.name: v for v in card.kernel().parameters}
+        declared = card.kernel().by_name
         for name, parameter in card.parameters.items():
             _check_declared(name, parameter, declared)
         card.params()

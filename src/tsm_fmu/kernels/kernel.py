@@ -57,6 +57,11 @@ class Kernel:
         return variables(self.module.Params)
 
     @cached_property
+    def by_name(self) -> Mapping[str, Variable]:
+        """Parameters by public name."""
+        return {v.name: v for v in self.parameters}
+
+    @cached_property
     def inputs(self) -> tuple[Variable, ...]:
         return variables(self.module.Inputs)
 
@@ -110,7 +115,7 @@ class Kernel:
                     "-- see 'tsm-fmu list'"
                 )
             values = {**self.presets[preset].si, **(values or {})}
-        by_name = self._by_name
+        by_name = self.by_name
         numbers = {name: v.start for name, v in by_name.items()}
         for name, value in (values or {}).items():
             if name not in by_name:
@@ -121,10 +126,6 @@ class Kernel:
         p = packed(self.module.Params, list(numbers.values()))
         self.check(p)
         return p
-
-    @cached_property
-    def _by_name(self) -> dict[str, Variable]:
-        return {v.name: v for v in self.parameters}
 
     def named(self, p: Any) -> dict[str, float]:
         """Values of parameters by public name, SI."""

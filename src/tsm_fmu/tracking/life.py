@@ -91,7 +91,7 @@ def series_of(
     units : mapping of str to str
         Of the fitted channels.
     """
-    declared = {v.name: v for v in kernel.parameters}
+    declared = kernel.by_name
     rows: list[tuple[str, str, str, str, list[tuple[str, float, float]]]] = []
     for name in runs[0].values:
         kind = "parameter" if name in tracked else "offset"

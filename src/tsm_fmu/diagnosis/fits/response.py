@@ -367,6 +367,6 @@ def public(attached: Attached, name: str) -> str:
 
 
 def _largest(effect: Kernel, name: str) -> float:
-    quantity = next(v.quantity for v in effect.parameters if v.name == name)
+    quantity = effect.by_name[name].quantity
     bound = quantity.hi if quantity.hi > 0.0 else -quantity.lo
     return 0.5 * bound if math.isfinite(bound) else 1e9
