@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from tsm_fmu.diagnosis.fits.amounts import CLOSED, DAMPING, explained, products
-from tsm_fmu.diagnosis.fits.screening import _Parts
+from tsm_fmu.diagnosis.fits.amounts import CLOSED, DAMPING, Parts, explained, products
 
 CHANNELS, N = 2, 86
 
@@ -62,7 +61,7 @@ def test_runs_at_any_states_have_the_products_of_their_sum() -> None:
         here = slice(22 * k, min(22 * (k + 1), N))
         parts[k, :, :, here] = responses[:, :, here]
     outside = parts - parts @ basis @ basis.T
-    of_parts, chosen = _Parts(parts, outside, residual, CHANNELS), [2, 0, 1, 2]
+    of_parts, chosen = Parts(parts, outside, residual, CHANNELS), [2, 0, 1, 2]
     for k in range(runs):
         found = of_parts.with_run(k, chosen)
         for i in range(states):

@@ -5,6 +5,7 @@ A candidate is tried at thousands of shapes and states: none of these takes more
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -48,6 +49,39 @@ def products(responses: FloatArray, outside: FloatArray, residual: FloatArray, c
         np.stack([one @ one.swapaxes(1, 2) for one in np.moveaxis(by_channel, -1, 0)], axis=1),
         np.einsum("sinc,nc->sci", by_channel, residual.reshape(-1, channels), optimize=True),
     )
+
+
+class Parts:
+    """Products of the responses of single runs with each state, from which those of any states follow.
+
+    Parameters
+    ----------
+    parts, outside : ndarray, shape (runs, states, sizes, n)
+        Responses where one run's alone are not zero, and what of these nothing else imitates.
+    residual : ndarray, shape (n,)
+    channels : int
+    """
+
+    def __init__(self, parts: FloatArray, outside: FloatArray, residual: FloatArray, channels: int) -> None:
+        runs, states, sizes, n = parts.shape
+        flat = products(parts.reshape(1, -1, n), outside.reshape(1, -1, n), residual, channels)
+        self.whole = flat.whole.reshape(runs, states, sizes)
+        self.gram = flat.gram.reshape(channels, runs, states, sizes, runs, states, sizes)
+        self.cross = flat.cross.reshape(channels, runs, states, sizes)
+
+    def with_run(self, k: int, states: Sequence[int]) -> Products:
+        """Of all runs at their states, the k-th at each state in turn: as many sets."""
+        others = [j for j in range(len(states)) if j != k]
+        at = [states[j] for j in others]
+        beside = self.gram[:, others, at].sum(axis=1)  # channels, sizes of the others; runs, states, sizes of any
+        still = beside[:, :, others, at].sum(axis=2)
+        mixed = np.moveaxis(beside[:, :, k], 2, 0)  # states, channels, sizes of the others, sizes of the run
+        own = np.moveaxis(np.diagonal(self.gram[:, k, :, :, k], axis1=1, axis2=3), -1, 0)
+        return Products(
+            self.whole[others, at].sum(axis=0) + self.whole[k],
+            still + mixed + mixed.swapaxes(2, 3) + own,
+            self.cross[:, others, at].sum(axis=1) + np.moveaxis(self.cross[:, k], 1, 0),
+        )
 
 
 def explained(of: Products, before: FloatArray, signed: BoolArray) -> tuple[FloatArray, FloatArray]:

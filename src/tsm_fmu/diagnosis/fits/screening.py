@@ -22,7 +22,7 @@ from ...kernels.arrays import BoolArray, FloatArray
 from ...kernels.attached import Attached
 from ...regression.thinning import thinned
 from ...regression.threads import together
-from .amounts import Products, explained, products
+from .amounts import Parts, explained, products
 from .extent import quantiles
 from .refit import Fitted
 from .response import Acting, Responses, public
@@ -147,8 +147,7 @@ class _Bench:
         """An effect at several shapes, by the quantiles of their ranges."""
         module, found = acting.attached.module, []
         sizes, states = list(sizes_of(module)), self.responses.states(module)
-        lowest = {v.name: v.quantity.lo for v in acting.effect.parameters}
-        signed = np.array([lowest[n] < 0.0 for n in sizes])
+        signed = np.array([acting.effect.by_name[n].quantity.lo < 0.0 for n in sizes])
 
         def placed(what: _Explained, shape: dict[str, float], steps: FloatArray) -> Place:
             values = {**shape, **dict(zip(sizes, (what.amounts * steps).tolist(), strict=True))}
@@ -163,14 +162,13 @@ class _Bench:
             by_state = np.stack([columns, *others], axis=1)
             flat = by_state.reshape(-1, *columns.shape[1:])
             of_all = products(flat, self.responses.outside(flat), self.residual, self.channels)
-            gains, amounts = explained(of_all, self.before, signed)
-            every = [
-                _Explained(float(gain), amount, [k % len(states)] * len(self.responses.rows))
-                for k, (gain, amount) in enumerate(zip(gains, amounts, strict=True))
-            ]
-            each = [every[k : k + len(states)] for k in range(0, len(every), len(states))]
-            for one, shape, responses, in_all, step in zip(few, shapes, by_state, each, steps, strict=True):
-                alike, best = in_all[0], self._in_states(in_all, responses, signed)
+            gains, amounts = (a.reshape(len(few), len(states), -1) for a in explained(of_all, self.before, signed))
+            for k, (one, shape, step) in enumerate(zip(few, shapes, steps, strict=True)):
+                in_all = [
+                    _Explained(float(gains[k, i, 0]), amounts[k, i], [i] * len(self.responses.rows))
+                    for i in range(len(states))
+                ]
+                alike, best = in_all[0], self._in_states(in_all, by_state[k], signed)
                 place = placed(best, shape, step)
                 found.append(_Tried(best.gain, one, place, (alike.gain, placed(alike, shape, step))))
         return found
@@ -194,7 +192,7 @@ class _Bench:
         parts = np.zeros((runs, *responses.shape))
         for k, (a, b) in enumerate(pairwise(edges)):
             parts[k, :, :, a:b] = responses[:, :, a:b]
-        of_parts = _Parts(parts, self.responses.outside(parts), self.residual, self.channels)
+        of_parts = Parts(parts, self.responses.outside(parts), self.residual, self.channels)
         for _ in range(SWEEPS):
             before = best
             for k in range(runs):
@@ -210,38 +208,3 @@ class _Bench:
         """Sum of squares by channel."""
         by_channel = column.reshape(-1, self.channels)
         return np.maximum(np.einsum("ij,ij->j", by_channel, by_channel), 1e-300)
-
-
-class _Parts:
-    """Products of the responses of single runs with each state, from which those of any states follow.
-
-    Parameters
-    ----------
-    parts, outside : ndarray, shape (runs, states, sizes, n)
-        Responses where one run's alone are not zero, and what of these nothing else imitates.
-    residual : ndarray, shape (n,)
-    channels : int
-    """
-
-    def __init__(self, parts: FloatArray, outside: FloatArray, residual: FloatArray, channels: int) -> None:
-        runs, states, sizes, n = parts.shape
-        flat = products(parts.reshape(1, -1, n), outside.reshape(1, -1, n), residual, channels)
-        self.whole = flat.whole.reshape(runs, states, sizes)
-        self.gram = flat.gram.reshape(channels, runs, states, sizes, runs, states, sizes)
-        self.cross = flat.cross.reshape(channels, runs, states, sizes)
-
-    def with_run(self, k: int, states: Sequence[int]) -> Products:
-        """Of all runs at their states, the k-th at each state in turn: as many sets."""
-        others = [j for j in range(len(states)) if j != k]
-        at = [states[j] for j in others]
-        beside = self.gram[:, others, at].sum(
-            axis=1
-        )  # of all others with each part: channels, sizes, runs, states, sizes
-        still = beside[:, :, others, at].sum(axis=2)
-        mixed = np.moveaxis(beside[:, :, k], 2, 0)  # states, channels, sizes, sizes of the run
-        own = np.moveaxis(np.diagonal(self.gram[:, k, :, :, k], axis1=1, axis2=3), -1, 0)
-        return Products(
-            self.whole[others, at].sum(axis=0) + self.whole[k],
-            still + mixed + mixed.swapaxes(2, 3) + own,
-            self.cross[:, others, at].sum(axis=1) + np.moveaxis(self.cross[:, k], 1, 0),
-        )
