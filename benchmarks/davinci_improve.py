@@ -3,6 +3,7 @@
     python -m benchmarks.davinci_improve [--every N] [SPLIT ...]
 
 SPLIT is a part of a split's name, as "third"; without one, all six. ``--every N`` fits every N-th of the fitted runs.
+Beside each stands the chain of `davinci_estimator`, written by hand, fitted to the same runs.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from tsm_fmu.diagnosis.runs.prepared import prepared
 from tsm_fmu.diagnosis.workflow import task_of
 from tsm_fmu.kernels.kernel import kernel
 
+from . import davinci_estimator
 from .davinci_data import SETTLED, Logs, Split, data_folder, read_logs, splits
 
 SHOWN = {"x_out": 180.0 / np.pi, "tau_out": 1e3}
@@ -36,18 +38,23 @@ def table(split: Split, every: int) -> Iterator[str]:
     runs = prepared(model, settled(split.fitted, every), [], settled(split.held_out, 1), None)
     way = way_to_a_better_model(runs, task_of(runs, {}, None, ()))
     found = improvement_of(way, runs, (), (), "", 0)
+    seconds = time.process_time() - begin
     count = f"{len(runs.measured)} runs fitted, {len(runs.holdout)} held out"
     yield f"| {split.name}, {count} | measured | left out | held out |"
     yield "| --- | ---: | ---: | ---: |"
     for step in found.steps:
-        errors = [
-            ", ".join(f"{factor * side[c]:.3g}" for c, factor in SHOWN.items())
-            for side in (step.measured, step.left_out, step.holdout)
-        ]
+        errors = map(_shown, (step.measured, step.left_out, step.holdout))
         yield f"| {step.added or 'refitted'} | {' | '.join(errors)} |"
+    same = dict(list(split.fitted.items())[::every])
+    by_hand = davinci_estimator.error(davinci_estimator.fitted(same)[0], split.held_out)
+    yield f"| by hand, from the same runs | | | {_shown(dict(zip(SHOWN, by_hand, strict=True)))} |"
     yield ""
     yield found.text
-    yield f"{time.process_time() - begin:.0f} s of CPU"
+    yield f"{seconds:.0f} s of CPU"
+
+
+def _shown(errors: Mapping[str, float]) -> str:
+    return ", ".join(f"{factor * errors[c]:.3g}" for c, factor in SHOWN.items())
 
 
 def main(words: Sequence[str]) -> int:

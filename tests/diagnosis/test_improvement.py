@@ -136,6 +136,8 @@ def test_gains_are_told_on_held_out_runs_if_there_are_any() -> None:
         f"Useful, not named: {words('wear')}, {words('creep@x_out')}. They make runs that were not fitted come out "
         "better, which is no evidence that the rig has them."
     )
+    left = [step("", 2.0), step("wear and delay", 1.0), step("creep@x_out", 0.5), step("without wear", 0.5)]
+    assert _gains_text(left, one, ()).startswith("For prediction: delay, creep@x_out; error")
     nothing = "For prediction: no effect makes runs that are left out of the fit come out better."
     assert _gains_text(steps[:1], one, ()) == nothing
     assert _gains_text([steps[0], steps[2]], one, ("wear",)) == nothing

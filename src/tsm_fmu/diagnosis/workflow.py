@@ -287,6 +287,7 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
         raise SearchInterrupted(fitted.refitted.fitted) from None
     answered = {*map(id_of, verdict.effects), *verdict.equivalent}
     hidden = tuple(e for e in hidden if e not in answered)
+    inapplicable = {e: why for e, why in inapplicable.items() if e not in answered}
     return Investigation(runs, result, verdict, evidence, heard, met, hidden, inapplicable)
 
 
