@@ -31,11 +31,12 @@ def table(split: Split, every: int) -> Iterator[str]:
     """The way of one split, in degrees and mN.m, and what is said at its end."""
     model = kernel("DistalEstimator")
 
-    def settled(logs: Logs, step: int) -> list:
-        return [log.record.window(SETTLED) for log in list(logs.values())[::step]]
+    def settled(logs: Logs) -> list:
+        return [log.record.window(SETTLED) for log in logs.values()]
 
+    fitted = dict(list(split.fitted.items())[::every])
     begin = time.process_time()
-    runs = prepared(model, settled(split.fitted, every), [], settled(split.held_out, 1), None)
+    runs = prepared(model, settled(fitted), [], settled(split.held_out), None)
     way = way_to_a_better_model(runs, task_of(runs, {}, None, ()))
     found = improvement_of(way, runs, (), (), "", 0)
     seconds = time.process_time() - begin
@@ -45,8 +46,7 @@ def table(split: Split, every: int) -> Iterator[str]:
     for step in found.steps:
         errors = map(_shown, (step.measured, step.left_out, step.holdout))
         yield f"| {step.added or 'refitted'} | {' | '.join(errors)} |"
-    same = dict(list(split.fitted.items())[::every])
-    by_hand = davinci_estimator.error(davinci_estimator.fitted(same)[0], split.held_out)
+    by_hand = davinci_estimator.error(davinci_estimator.fitted(fitted)[0], split.held_out)
     yield f"| by hand, from the same runs | | | {_shown(dict(zip(SHOWN, by_hand, strict=True)))} |"
     yield ""
     yield found.text

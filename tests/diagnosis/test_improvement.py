@@ -124,7 +124,7 @@ def step(added: str, left_out: float, holdout: float | None = None) -> Improveme
 
 
 def test_gains_are_told_on_held_out_runs_if_there_are_any() -> None:
-    one = fitted()
+    one = replace(fitted(), effects=("wear", "creep@x_out"))
     steps = [step("", 0.0349), step("wear", 0.02), step("without delay", 0.02), step("creep@x_out", 0.0087)]
     assert _gains_text(steps, one, ()) == (
         "For prediction: wear, creep@x_out; error on runs left out in turn: x_out 2 -> 0.498 deg, "
@@ -136,8 +136,9 @@ def test_gains_are_told_on_held_out_runs_if_there_are_any() -> None:
         f"Useful, not named: {words('wear')}, {words('creep@x_out')}. They make runs that were not fitted come out "
         "better, which is no evidence that the rig has them."
     )
-    left = [step("", 2.0), step("wear and delay", 1.0), step("creep@x_out", 0.5), step("without wear", 0.5)]
-    assert _gains_text(left, one, ()).startswith("For prediction: delay, creep@x_out; error")
+    left = [step(name, 2.0) for name in ("", "wear and delay", "hold = 1", "creep@x_out", "without wear")]
+    without = replace(one, effects=("delay", "creep@x_out"))
+    assert _gains_text(left, without, ()).startswith("For prediction: delay, hold = 1, creep@x_out; error")
     nothing = "For prediction: no effect makes runs that are left out of the fit come out better."
     assert _gains_text(steps[:1], one, ()) == nothing
     assert _gains_text([steps[0], steps[2]], one, ("wear",)) == nothing

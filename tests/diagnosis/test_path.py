@@ -75,6 +75,17 @@ def test_way_goes_on_from_an_answer_that_leaves_less_and_drops_what_is_idle_in_i
     assert way[-1].left_out_rms == pytest.approx(way_of(0.31)[0][-1].left_out_rms, rel=0.02)
 
 
+def test_every_effect_that_is_taken_out_again_is_a_step_of_its_own() -> None:
+    runs = runs_of(0.31)
+    task = task_of(runs, {}, None, ())
+    begun = ("stiffness_hardening@x_out", "sensor_lag@x_out", "delay@x_out")
+    way = way_to_a_better_model(runs, task, answer=refit(task, begun, as_given(task, ()).values))
+    steps = [name for stop in way for name in stop.added.split(" and ") if name]
+    out = {name.removeprefix("without ") for name in steps if name.startswith("without ")}
+    assert out == {"sensor_lag@x_out", "delay@x_out"}  # the rig has neither
+    assert {name for name in steps if not name.startswith("without ")} - out == set(way[-1].fitted.effects)
+
+
 def test_answer_that_leaves_no_less_is_not_begun_from() -> None:
     runs = runs_of(0.0)
     task = task_of(runs, {}, None, ())

@@ -18,7 +18,7 @@ from tsm_fmu.diagnosis.report.plots import straight_line
 from tsm_fmu.diagnosis.report.write import write_diagnosis
 from tsm_fmu.diagnosis.result import Diagnosis
 from tsm_fmu.diagnosis.workflow import diagnose
-from tsm_fmu.effects import words
+from tsm_fmu.effects import id_of, words
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.display import display
 from tsm_fmu.logs.record import Record
@@ -103,7 +103,7 @@ def test_the_report_holds_the_answer_and_its_evidence(written: tuple[Path, dict]
     for c in data["candidates"]:
         assert (f">{c['place']}<" in text.partition("<h2>Candidates")[2].partition("<h2>")[0]) == c["testable"]
         assert c["testable"] == (c["effect"] not in (*data["not_excited"], *data["not_applicable"]))
-    answered = {e.partition("@")[0] for e in data["effects"]} | {e for ids in data["equivalent"] for e in ids}
+    answered = set(map(id_of, data["effects"])) | {e for ids in data["equivalent"] for e in ids}
     assert not answered & {*data["not_excited"], *data["not_applicable"]}
     for name in data["not_excited"]:
         assert name in json.loads((path.parent / "diagnosis.json").read_text(encoding="utf-8"))["not_excited"]

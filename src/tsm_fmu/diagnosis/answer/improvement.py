@@ -93,9 +93,8 @@ def _held_out(fitted: Fitted, runs: Sequence[FitRun], offsets: Collection[str], 
 
 def _gains_text(steps: Sequence[ImprovementStep], fitted: Fitted, not_named: Sequence[str]) -> str:
     """What the improved model holds and what it is worth."""
-    gone = {s.added.removeprefix("without ") for s in steps if s.added.startswith("without ")}
-    steps_on = [s.added for s in steps[1:] if not s.added.startswith("without ")]
-    added = [name for step in steps_on for name in step.split(" and ") if name not in gone]
+    names = [name for s in steps[1:] for name in s.added.split(" and ")]
+    added = [name for name in names if name in fitted.effects or " = " in name]  # a choice of the model is no effect
     if not added:
         return "For prediction: no effect makes runs that are left out of the fit come out better."
     units = {v.name: v.quantity.unit for v in fitted.problem.kernel.outputs}

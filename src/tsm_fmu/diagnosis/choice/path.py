@@ -139,21 +139,23 @@ def way_to_a_better_model(
 
 
 def _without_idle(way: Sequence[Stop], whole: Sequence[FitRun], progress: Callable[[str], None]) -> list[Stop]:
-    """The way, and at its end the model without the effects that later ones made idle, refitted to the end."""
-    last = way[-1]
-    earlier = [e for e in last.fitted.effects if e not in way[0].fitted.effects and e != last.added]
+    """The way, then without one effect after another that later ones made idle, the last of it refitted to the end."""
+    stops = list(way)
+    earlier = [e for e in way[-1].fitted.effects if e not in way[0].fitted.effects and e != way[-1].added]
     for spec in earlier:
         progress(f"way to a better model: without {spec}")
+        last = stops[-1]
         effects = [e for e in last.fitted.effects if e != spec]
         less = refit(last.fitted.task, effects, last.fitted.values, per_run_values=last.fitted.per_run)
         stop = _judged(f"without {spec}", less, whole)
         if not last.is_worth_more_than(stop):
-            last = stop
+            stops.append(stop)
     if len(way) > 1:
-        refitted = _reweighted(last.fitted, LAST_STEPS)
-        refitted = replace(last, fitted=refitted, whole=refitted.at(whole).rmse)
-        last = refitted if refitted.log_whole < last.log_whole else last
-    return [*way[:-1], last] if last.added == way[-1].added else [*way, last]
+        refitted = _reweighted(stops[-1].fitted, LAST_STEPS)
+        end = replace(stops[-1], fitted=refitted, whole=refitted.at(whole).rmse)
+        if end.log_whole < stops[-1].log_whole:
+            stops[-1] = end
+    return stops
 
 
 def _first(task: Task, effects: Sequence[str], whole: Sequence[FitRun]) -> Stop:
