@@ -188,6 +188,22 @@ def test_a_holding_estimator_is_not_misled_by_a_run_that_begins_just_before_a_re
     assert np.abs(unaware - load)[time > 0.8].max() > 0.03, "where friction turns at once, it has"
 
 
+def test_a_holding_estimator_waits_for_friction_that_is_nothing_at_the_load_of_the_moment():
+    """While the drive stands its torque passes a load without this friction: nothing has slid, and no load is known."""
+    k = chain("DistalEstimator", ("load_dependence",))
+    values = {"ratio": 1.03, "tau_c": 0.0307, "tau_s": 0.0307, "sigma0": 4257.0, "sigma1": 0.0, "sigma2": 0.0}
+    values |= {"load_dependence.k": 0.41, "load_dependence.l_0": 0.0493, "motion.x_pre": 0.023, "hold": 1}
+    time = np.arange(3000) * 1e-3
+    x = -5e-4 * (time > 0.01) + 0.4 * np.maximum(time - 0.5, 0.0)
+    load = -0.081
+    level = 0.0307 + 0.41 * (0.081 - 0.0493)
+    tau_in = 1.03 * load + level * np.interp(time, [0.05, 0.45], [-1.0, 1.0])
+    estimated = k.simulate(k.params(None, values), time, np.column_stack([x, tau_in]))[:, 1]
+    assert np.abs(estimated[(time > 0.05) & (time < 0.45)]).min() < 0.0493, "the torque passes such a load"
+    unseen = 0.1 * 0.41 * (0.081 - 0.0493) / (1.03 - 0.41)  # a larger load makes for more friction
+    assert np.abs(estimated - load)[time > 0.8].max() < unseen
+
+
 def test_an_effect_that_changes_nothing_does_not_change_when_a_load_is_held():
     base, k = kernel("DistalEstimator"), chain("DistalEstimator", ("load_dependence", "viscous"))
     time = np.arange(3000) * 1e-3

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from types import ModuleType
 from typing import Any
 
-from ..effects import starts_of
+from ..effects import sizes_of, starts_of
 from ..effects.coordinates import Motion, MotionParams
 from ..models.contract import SLIDING_SHARE, variables
 from .attached import Attached
@@ -51,7 +51,11 @@ class Writer:
     @property
     def slides_later(self) -> bool:
         """Whether friction of effects may still build up where that of a model that holds a load slides."""
-        return self.can_hold and self.moves
+        return self.can_hold and bool(self._building_up())
+
+    def _building_up(self) -> list[tuple[int, Attached]]:
+        """Effects on the friction that build up over the presliding distance."""
+        return [(number, a) for number, a in self.friction if "z" in a.takes]
 
     def text(self) -> str:
         return "\n".join(
@@ -342,15 +346,16 @@ class Writer:
         return [*lines, *(f"    t{number} = ft[{place}]" for place, (number, _) in enumerate(self.friction))]
 
     def _slides(self) -> list[str]:
-        """Whether the friction slides, that of the effects too: from then on the load is known."""
-        ways = (f"Motion(m.x, m.v, m.a, m.s, {z})" for z in ("0.0", "m.s"))
-        still, sliding = (f"friction_step(p, s, u, {way}, f0, load, dt)[1]" for way in ways)
+        """Whether the friction slides, that of the effects too: from then on the load is known.
+
+        Theirs may be nothing at the load of the moment and much at the next: what counts is how far the motion went.
+        """
+        sizes = [(number, a.prefix + name, name) for number, a in self._building_up() for name in sizes_of(a.module)]
+        some = " or ".join(f"p.{field} != e{number}_NEUTRAL.{name}" for number, field, name in sizes)
         return [
             "    slid = ms.slid",
-            "    if slid == 1.0 and s.slid == 0.0:",
-            f"        still = {still}",
-            f"        sliding = {sliding}",
-            f"        slid = 1.0 if abs(f - still) >= {SLIDING_SHARE}*abs(sliding - still) else 0.0",
+            f"    if s.slid == 0.0 and abs(m.z) < {SLIDING_SHARE} and ({some}):",
+            "        slid = 0.0",
         ]
 
     def _holding(self) -> list[str]:
