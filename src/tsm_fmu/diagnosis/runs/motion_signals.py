@@ -114,25 +114,24 @@ def load_channel(kernel: Kernel) -> str:
 def _settled_direction(x: FloatArray, dead: float) -> FloatArray:
     """Direction of motion that ignores wobble below ``dead``, dated back to the turning point."""
     direction = np.zeros(x.size)
-    extreme, at, now = x[0], 0, 0.0
-    for k in range(1, x.size):
-        if (now >= 0.0 and x[k] > extreme) or (now <= 0.0 and x[k] < extreme and now != 0.0):
-            extreme, at = x[k], k
-        elif abs(x[k] - extreme) > dead:
-            direction[at:k] = now if now else np.sign(x[k] - extreme)
-            now = float(np.sign(x[k] - extreme))
-            direction[at + 1 : k + 1] = now
-            extreme, at = x[k], k
+    extreme, at, now = float(x[0]), 0, 0.0
+    for k, here in enumerate(x.tolist()):  # numbers of Python: those of an array take three times as long
+        if (now >= 0.0 and here > extreme) or (now < 0.0 and here < extreme):
+            extreme, at = here, k
+        elif abs(here - extreme) > dead:
+            turned = 1.0 if here > extreme else -1.0
+            direction[at:k] = now or turned
+            now = turned
+            direction[at + 1 : k] = now
+            extreme, at = here, k
         direction[k] = now
     return direction
 
 
 def _last_hold(v: FloatArray, time: FloatArray) -> FloatArray:
+    """Time since the last motion in each sample of a rest, and in those of a motion that of the rest before it."""
+    rows = np.arange(v.size)
     moving = np.abs(v) > REST_SPEED_SHARE * np.sqrt(np.mean(v**2))
-    hold, lengths, began = 0.0, np.zeros(v.size), time[0]
-    for k in range(v.size):
-        if moving[k]:
-            lengths[k], began = hold, time[k]
-        else:
-            hold = lengths[k] = time[k] - began
-    return lengths
+    rested = time - time[np.maximum.accumulate(np.where(moving, rows, 0))]
+    resting = np.maximum.accumulate(np.where(moving, -1, rows))
+    return np.where(resting >= 0, rested[resting], 0.0)

@@ -16,7 +16,7 @@ from .beginning import compared_after_gaps, compared_after_start
 from .displacement import position_notes, with_position_between_steps
 from .drivers import with_drives
 from .elsewhere import Elsewhere, elsewhere
-from .motion_signals import coordinates_of
+from .motion_signals import position_of
 from .unresolved import without_unresolved
 
 
@@ -53,7 +53,8 @@ class PreparedRuns:
     @property
     def stroke(self) -> float:
         """Longest stroke of the measured runs, in the unit of the motion; 1 without motion."""
-        return max(float(np.ptp(coordinates_of(self.model, run, None).x)) for run in self.measured) or 1.0
+        whole = ((run.lead_time.size, position_of(self.model, *run.with_lead)) for run in self.measured)
+        return max(float(np.ptp(x[lead:])) for lead, x in whole) or 1.0
 
 
 def prepared(
