@@ -134,9 +134,10 @@ def _smoothest(time: FloatArray, x: FloatArray, step: float, start: float | None
     slope, rows = _derivative(time), slice(_ORDER // 2, n - _ORDER + _ORDER // 2)
     log = _first(x, step)[rows]
     stiffest = _DIGITS - np.log(np.einsum("ij,ij->i", slope, slope))
+    slopes = np.ascontiguousarray(slope.T)
     smooth = y
     for k in range(_ROUNDS):
-        smooth = _solved(slope, np.exp(np.minimum(log, stiffest)), y, own)
+        smooth = _solved(slopes, np.exp(np.minimum(log, stiffest)), y, own)
         off = (np.abs(smooth - y) > _KEPT * step)[rows]
         reach = np.exp(log[off] / (2 * _ORDER))  # samples over which the curve is stiff
         width = int(np.clip(2.0 * np.median(reach), 3, max(3, n // 8))) if off.any() else 0
@@ -148,7 +149,7 @@ def _smoothest(time: FloatArray, x: FloatArray, step: float, start: float | None
         if not off.any():
             break
         own[off] *= _HEAVIER
-        smooth = _solved(slope, np.exp(np.minimum(log, stiffest)), y, own)
+        smooth = _solved(slopes, np.exp(np.minimum(log, stiffest)), y, own)
     return np.clip(smooth, y - step, y + step) + middle  # where the motion has a kink
 
 
@@ -170,12 +171,13 @@ def _derivative(time: FloatArray) -> FloatArray:
     return found
 
 
-def _solved(slope: FloatArray, weights: FloatArray, x: FloatArray, own: FloatArray) -> FloatArray:
+def _solved(slopes: FloatArray, weights: FloatArray, x: FloatArray, own: FloatArray) -> FloatArray:
     """The minimum of Eq (1), with the readings' own weights: a system with as many diagonals as (1) has samples."""
-    n, m = x.size, slope.shape[0]
+    n, m = x.size, weights.size
     banded = np.zeros((_ORDER + 1, n))
     banded[_ORDER] = own
-    for i in range(_ORDER + 1):
+    for i, one in enumerate(slopes):
+        weighted = weights * one
         for j in range(i, _ORDER + 1):
-            banded[_ORDER + i - j, j : j + m] += weights * slope[:, i] * slope[:, j]
-    return np.asarray(solveh_banded(banded, own * x))
+            banded[_ORDER + i - j, j : j + m] += weighted * slopes[j]
+    return np.asarray(solveh_banded(banded, own * x, check_finite=False))
