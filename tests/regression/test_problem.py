@@ -40,7 +40,7 @@ def rows(problem: Problem, count: int) -> list[tuple[int, np.ndarray]]:
     return found
 
 
-@pytest.mark.parametrize(("lead", "block", "piece"), list(product((0, 41), (40_000, 900), (25_000, 1))))
+@pytest.mark.parametrize(("lead", "block", "piece"), list(product((0, 41), (40_000, 900, 300), (25_000, 1))))
 def test_one_call_gives_what_single_calls_give(
     lead: int, block: int, piece: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -58,6 +58,24 @@ def test_one_call_gives_what_single_calls_give(
         edges = np.arange(0, len(error), problem.block)
         means = [error[a : a + problem.block].sum(axis=0) / np.sqrt(len(error[a : a + problem.block])) for a in edges]
         assert np.allclose(found, np.array(means).ravel(order="F"), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("length", [1, 2, 7, 611])
+@pytest.mark.parametrize("block", range(2, module.FEW + 1))
+def test_blocks_of_few_samples_are_added_up_to_the_bits_of_reduceat(block: int, length: int) -> None:
+    samples = np.random.default_rng(3).normal(size=(2, length))
+    assert np.array_equal(
+        module._sums_of_few(samples, block), np.add.reduceat(samples, np.arange(0, length, block), axis=1)
+    )
+
+
+def test_values_that_are_not_compared_leave_no_residual() -> None:
+    problem = made((300,))
+    left_out = np.zeros((300, 2), bool)
+    left_out[40:90, 1] = True
+    point = [(0, problem.start()[0])]
+    found = problem.with_runs([problem.runs[0].leaving_out(left_out)]).reweighted(problem.weights).residuals(point)[0]
+    assert np.array_equal(found, np.where(left_out.T.ravel(), 0.0, problem.residuals(point)[0]))
 
 
 @pytest.mark.parametrize(("lead", "piece"), list(product((0, 41), (25_000, 900))))
