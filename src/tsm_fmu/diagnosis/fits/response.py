@@ -89,7 +89,8 @@ class Responses:
 
     def outside(self, columns: FloatArray) -> FloatArray:
         """What of columns, along the last axis, the free parameters of the fit cannot imitate."""
-        return columns - (columns @ self.basis) @ self.basis.T
+        imitated = (columns @ self.basis) @ self.basis.T
+        return np.subtract(columns, imitated, out=imitated)
 
     def shapes(self, module: ModuleType) -> list[dict[str, float]]:
         """Values of an effect's shape parameters: spread over what these runs could show."""
@@ -153,10 +154,10 @@ class Acting:
             for k in range(len(problem.runs))
         ]
         time = [run.time for run in problem.runs]
-        self.compared = [*responses.rows]
+        self.compared: list[NDArray[np.intp] | slice] = [*responses.rows]
         if not attached.module.State._fields:  # without memory: what is not compared need not be simulated
             inputs, time = ([a[rows] for a, rows in zip(one, responses.rows, strict=True)] for one in (inputs, time))
-            self.compared = [np.arange(rows.size) for rows in responses.rows]
+            self.compared = [slice(None)] * len(responses.rows)
         self.inputs, self.time = np.concatenate(inputs), np.concatenate(time)
         self.edges = np.cumsum([0, *(one.size for one in time)])
         self.defined = bool(np.isfinite(self.inputs).all())
@@ -197,7 +198,7 @@ class Acting:
             column[~np.isfinite(column).all(axis=1)] = 0.0
             columns.append(column)
             taken.append(step)
-        return np.stack(columns, axis=1), np.stack(taken, axis=1)
+        return side_by_side(columns), np.stack(taken, axis=1)
 
     def _of_residual_size(self, name: str, first: float, response: float) -> float:
         """Step of a size parameter at which its response is about as large as the residual."""
@@ -234,6 +235,8 @@ class Acting:
                 found[i] = self.held.change(row)
             return found
         at_once = max(1, SIMULATED_ROWS // self.time.size)
+        if len(values) == len(used) <= at_once:
+            return self._changes(self._after(np.array(table, dtype=float)))
         for first in range(0, len(used), at_once):
             part = np.array(table[first : first + at_once], dtype=float)
             found[used[first : first + at_once]] = self._changes(self._after(part))
@@ -253,14 +256,16 @@ class Acting:
 
     def _changes(self, after: FloatArray) -> FloatArray:
         """Change of all channels where they are compared, weighted, shape (rows of the table, n)."""
-        columns, weights, found = self.responses.problem.columns, self.responses.weights, []
+        columns, weights = self.responses.problem.columns, self.responses.weights.tolist()
+        found = np.empty((len(after), sum(rows.size for rows in self.responses.rows), len(columns)))
+        first = 0
         for k, (a, b) in enumerate(pairwise(self.edges)):
             now = after[:, a:b][:, self.compared[k]]
-            change = np.zeros((*now.shape, len(columns)))
-            for c, (j, weight) in enumerate(zip(columns, weights.tolist(), strict=True)):
-                change[:, :, c] = weight * self._change(k, j, now)
-            found.append(change.reshape(len(after), -1))
-        return np.concatenate(found, axis=1)
+            last = first + now.shape[1]
+            for c, (j, weight) in enumerate(zip(columns, weights, strict=True)):
+                np.multiply(weight, self._change(k, j, now), out=found[:, first:last, c])
+            first = last
+        return found.reshape(len(after), -1)
 
     def _before(self, part: ModelPart, full: FloatArray) -> FloatArray:
         """What the effect changes, before it."""
@@ -359,6 +364,11 @@ def normalised(columns: FloatArray) -> FloatArray:
     """Columns of length one; those that are zero are left out."""
     norms = np.linalg.norm(columns, axis=0)
     return columns[:, norms > 0.0] / norms[norms > 0.0]
+
+
+def side_by_side(arrays: Sequence[FloatArray]) -> FloatArray:
+    """Arrays along a new second axis; a single one, the usual case and large, is not copied."""
+    return np.stack(arrays, axis=1) if len(arrays) > 1 else arrays[0].reshape(len(arrays[0]), 1, *arrays[0].shape[1:])
 
 
 def public(attached: Attached, name: str) -> str:

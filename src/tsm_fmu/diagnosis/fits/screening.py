@@ -25,7 +25,7 @@ from ...regression.threads import together
 from .amounts import Parts, explained, products
 from .extent import quantiles
 from .refit import Fitted
-from .response import Acting, Responses, public
+from .response import Acting, Responses, public, side_by_side
 from .takeover import Place
 
 ROWS = 3000
@@ -159,7 +159,7 @@ class _Bench:
             shapes = [self.responses.shape_at(module, one) for one in few]
             columns, steps = acting.columns([{**shape, **states[0]} for shape in shapes])
             others = [acting.columns([{**shape, **state} for shape in shapes], steps)[0] for state in states[1:]]
-            by_state = np.stack([columns, *others], axis=1)
+            by_state = side_by_side([columns, *others])
             flat = by_state.reshape(-1, *columns.shape[1:])
             of_all = products(flat, self.responses.outside(flat), self.residual, self.channels)
             gains, amounts = (a.reshape(len(few), len(states), -1) for a in explained(of_all, self.before, signed))
