@@ -11,7 +11,7 @@ from scipy.stats import chi2, gamma
 from tsm_fmu.diagnosis.residual.dependence import _blocks, _interval, _means, dependence
 from tsm_fmu.diagnosis.residual.formula import formula
 from tsm_fmu.diagnosis.residual.library import Term, _different, _Runs, library
-from tsm_fmu.diagnosis.residual.locate import _densest, _Explained, axes_of, bins, locate
+from tsm_fmu.diagnosis.residual.locate import _densest, _Spread, axes_of, bins, locate
 from tsm_fmu.diagnosis.residual.predictable import predictable_share
 from tsm_fmu.diagnosis.residual.sparse import (
     Sums,
@@ -22,7 +22,7 @@ from tsm_fmu.diagnosis.residual.sparse import (
     fewest_terms,
     sums,
 )
-from tsm_fmu.diagnosis.residual.surrogates import background, chance, surrogates, tail
+from tsm_fmu.diagnosis.residual.surrogates import background, surrogates, tail
 from tsm_fmu.diagnosis.runs.motion_signals import Coordinates
 
 DT = 0.01
@@ -115,12 +115,10 @@ def test_the_share_that_means_of_bins_explain_is_that_of_an_analysis_of_variance
     means = np.array([[y[number == k, j].mean() for k in range(5)] for j in range(2)])
     between = [np.sum((means[j][number] - y[:, j].mean()) ** 2) for j in range(2)]
     total = np.sum((y - y.mean(axis=0)) ** 2, axis=0)
-    assert _Explained(number)(y) == pytest.approx(between / total)
-    coarse = number // 2
-    rough = [np.array([y[coarse == k, j].mean() for k in range(3)])[coarse] for j in range(2)]
-    less = [np.sum((rough[j] - y[:, j].mean()) ** 2) for j in range(2)]
-    assert _Explained(number, coarse)(y) == pytest.approx((np.array(between) - less) / total)
-    assert _Explained(number)(np.full((700, 1), 3.0)) == pytest.approx([0.0])
+    assert _Spread(y).between(number) == pytest.approx(between)
+    assert _Spread(y).total == pytest.approx(total)
+    still = _Spread(np.full((700, 1), 3.0))
+    assert still.between(number) / still.total == pytest.approx([0.0])
 
 
 def test_a_place_has_the_size_of_what_is_explained_beyond_chance_and_its_own_channel() -> None:
@@ -374,15 +372,6 @@ def test_a_tail_is_counted_where_it_is_thick_and_else_of_a_gamma_distribution() 
     extreme = np.append(np.zeros(400), 50.0)  # of skewness 20, taken as 4
     z = (60.0 - extreme.mean()) / extreme.std()
     assert tail(60.0, extreme) == pytest.approx(max(1e-6, float(gamma.sf(0.25 + 0.5 * z, 0.25))), rel=1e-6)
-
-
-def test_chance_is_the_mean_of_the_surrogates_and_their_tail() -> None:
-    drawn = np.random.default_rng(4).normal(size=(50, 200))
-    observed = np.full((50, 1), 0.4)
-    value, mean, p = chance(observed, drawn, lambda y: y.mean(axis=0) ** 2)
-    by_chance = drawn.mean(axis=0) ** 2
-    assert (value, mean) == (pytest.approx(0.16), pytest.approx(by_chance.mean()))
-    assert p == pytest.approx(tail(0.16, by_chance), rel=1e-9)
 
 
 def test_terms_of_a_formula_stand_by_the_size_of_what_they_do() -> None:

@@ -15,7 +15,7 @@ from ..criteria import FALSE_DISCOVERY_RATE
 from ..evidence import Place
 from ..runs.motion_signals import Coordinates
 from .frequency import frequencies
-from .surrogates import chance, surrogates
+from .surrogates import surrogates, tail
 
 BINS = 16
 SURROGATES = 199
@@ -53,12 +53,19 @@ def locate(
         surrogates_of_runs = [surrogates(p, SURROGATES, rng) for p in parts]
         residual, noise = np.concatenate(parts), np.concatenate(surrogates_of_runs)
         deviation = float(residual.std())
+        spreads = [_Spread(residual[:, None]), _Spread(noise)]
+        of_direction = [s.between(direction) for s in spreads]
         for name, unit, values, number in axes:
             span, share, samples = _densest(residual, values, number)
             both = number if name == "sgn v" else 2 * number + direction
-            explained, by_chance, _ = chance(residual[:, None], noise, _Explained(both))
-            alone = None if name == "sgn v" else direction
-            p = chance(residual[:, None], noise, _Explained(both, alone))[2]
+            less = [0.0, 0.0] if name == "sgn v" else of_direction
+            shares, beyond = [], []
+            for s, alone in zip(spreads, less, strict=True):
+                between = s.between(both)
+                shares.append(float(np.mean(between / s.total)))
+                beyond.append((between - alone) / s.total)
+            explained, by_chance = shares
+            p = tail(float(beyond[0][0]), beyond[1])
             part = deviation * max(explained - by_chance, 0.0) ** 0.5
             found.append(Place(channel, name, unit, span, share, samples, explained, by_chance, p, False, part))
         found += [
@@ -102,16 +109,15 @@ def bins(values: FloatArray, count: int = BINS) -> NDArray[np.int_] | None:
     return np.clip(np.searchsorted(edges, values, side="right") - 1, 0, edges.size - 2)
 
 
-class _Explained:
-    """Share of the variance of each column that the means of bins make, less that of coarser bins."""
+class _Spread:
+    """Sums of squares of columns about their means: in all, and of the means of bins."""
 
-    def __init__(self, number: NDArray[np.int_], less: NDArray[np.int_] | None = None) -> None:
-        self.parts = [(1.0, _membership(number))] + ([(-1.0, _membership(less))] if less is not None else [])
+    def __init__(self, columns: FloatArray) -> None:
+        self.centred = columns - columns.mean(axis=0)
+        self.total = np.maximum(np.sum(self.centred**2, axis=0), 1e-300)
 
-    def __call__(self, columns: FloatArray) -> FloatArray:
-        centred = columns - columns.mean(axis=0)
-        total = np.maximum(np.sum(centred**2, axis=0), 1e-300)
-        return sum((sign * np.sum((m @ centred) ** 2, axis=0) for sign, m in self.parts), np.zeros(1)) / total
+    def between(self, number: NDArray[np.int_]) -> FloatArray:
+        return np.sum((_membership(number) @ self.centred) ** 2, axis=0)
 
 
 def _membership(number: NDArray[np.int_]) -> csr_array:

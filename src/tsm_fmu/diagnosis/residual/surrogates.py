@@ -9,8 +9,6 @@ periods crowds the lines so that some of them stay: the test then misses laws, i
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from scipy.fft import dct
 from scipy.ndimage import median_filter
@@ -58,29 +56,19 @@ def background(power: FloatArray) -> FloatArray:
     return found
 
 
-def chance(
-    observed: FloatArray, surrogates: FloatArray, statistic: Callable[[FloatArray], FloatArray]
-) -> tuple[float, float, float]:
-    """A statistic, what it is on average by chance, and the probability of as much by chance.
+def tail(value: float, by_chance: FloatArray) -> float:
+    """Probability of ``value`` or more in the population that ``by_chance`` was drawn from.
 
     The tail comes from a gamma distribution with the mean, variance and skewness of the surrogates (Winkler et al.,
     NeuroImage 141, 2016), so that a few hundred of them give small probabilities as well.
 
     Parameters
     ----------
-    observed : ndarray, shape (n, 1)
-    surrogates : ndarray, shape (n, count)
-        Surrogates.
-    statistic : callable
-        From (n, m) to (m,), larger where there is more of a law.
+    value : float
+        Larger where there is more of a law.
+    by_chance : ndarray, shape (count,)
+        Of surrogates.
     """
-    value = float(statistic(observed)[0])
-    by_chance = statistic(surrogates)
-    return value, float(by_chance.mean()), tail(value, by_chance)
-
-
-def tail(value: float, by_chance: FloatArray) -> float:
-    """Probability of ``value`` or more in the population that ``by_chance`` was drawn from."""
     counted = (1.0 + np.count_nonzero(by_chance >= value)) / (1.0 + by_chance.size)
     spread = float(by_chance.std())
     if counted > 0.1 or spread <= 0.0:
