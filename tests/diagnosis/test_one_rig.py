@@ -39,6 +39,16 @@ def test_levels_are_within_the_range_of_their_channel(rig: Rig) -> None:
     assert drive["tau_c"][1] == pytest.approx(np.ptp(runs[0].targets))
 
 
+def test_levels_of_an_estimator_are_within_the_range_of_the_drive_that_they_are_taken_out_of(rig: Rig) -> None:
+    """The load that it estimates may stand still while friction turns: its range says nothing of friction."""
+    run = rig(71)
+    torque = run.targets
+    inputs = np.column_stack([run.inputs[:, 0], torque])
+    still = replace(run, inputs=inputs, targets=np.column_stack([run.inputs[:, 0], 0.01 * torque]))
+    found = level_ranges(kernel("DistalEstimator"), ["x_out", "tau_out"], [still], [])
+    assert found["tau_c"][1] == pytest.approx(np.ptp(torque))
+
+
 def test_a_reversal_is_forgotten_within_the_stroke() -> None:
     """Of a hysteresis that is slower the start is left at the end of the stroke, as a drift."""
     for name, parameter in (("PairedTsmBacklash", "alpha"), ("TendonDrive", "alpha"), ("PairedTsmFriction", "rho")):

@@ -235,9 +235,7 @@ def task_of(runs: PreparedRuns, values: Mapping[str, float], preset: str | None,
         limits={
             "motion.x_pre": (PRESLIDING_STROKE_SHARE[0] * stroke, PRESLIDING_STROKE_SHARE[2] * stroke),
             **forgetting_ranges(runs.model, stroke, values, preset),
-            **level_ranges(
-                runs.model, runs.channels, [*runs.measured, *runs.holdout, *runs.reference], fixed, values, preset
-            ),
+            **level_ranges(runs.model, runs.channels, [*runs.measured, *runs.reference], fixed, values, preset),
         },
         drives=drives_of(runs.model),
     )  # fmt: skip

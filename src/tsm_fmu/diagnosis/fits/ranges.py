@@ -40,7 +40,12 @@ def level_ranges(
     columns = [j for j, channel in enumerate(channels) if channel in taken]
     if not columns:
         return {}
-    most = FRICTION_LEVEL_RATIO * max(float(np.ptp(run.targets[:, j])) for run in runs for j in columns)
+    inputs = [v.name for v in base.inputs]
+    if base.roles.load not in inputs and base.roles.drive in inputs:  # an estimator takes the friction out of the drive
+        signals = [run.inputs[:, inputs.index(base.roles.drive)] for run in runs]
+    else:
+        signals = [run.targets[:, j] for run in runs for j in columns]
+    most = FRICTION_LEVEL_RATIO * max(float(np.ptp(signal)) for signal in signals)
     scale = base.roles.friction.scale if base.roles.friction else ""
     if scale:
         most /= model.named(model.params(preset, dict(values or {})))[scale]
