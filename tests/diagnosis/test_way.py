@@ -13,7 +13,8 @@ from tests.diagnosis.test_choice import made
 from tsm_fmu.diagnosis.answer import shape
 from tsm_fmu.diagnosis.answer.candidates import _nuisance_score, _range
 from tsm_fmu.diagnosis.choice import baselines, path
-from tsm_fmu.diagnosis.choice.path import Stop
+from tsm_fmu.diagnosis.choice import stop as place
+from tsm_fmu.diagnosis.choice.stop import Samples, Stop, judged, log_left
 from tsm_fmu.diagnosis.evidence import Dependence, ResidualShape
 
 
@@ -56,9 +57,9 @@ def test_each_run_is_judged_by_a_fit_to_runs_of_the_other_parts(count: int, monk
         asked.append((kept, per_run_values["zero"].tolist(), effects, values))
         return SimpleNamespace(held_out_errors=lambda out: [np.full((3, 1), 10.0 * len(kept) + r.number) for r in out])
 
-    monkeypatch.setattr(path, "refit", refit)
+    monkeypatch.setattr(place, "refit", refit)
     fit: Any = Fit(Task(runs), ("wear",), values={"F_c": 0.7}, per_run={"zero": 0.1 * np.arange(count)})
-    stop = path._judged("wear", fit, [*runs, *runs])
+    stop = judged("wear", fit, Samples((), (), [*runs, *runs]))  # pyright: ignore[reportArgumentType]
     parts = min(3, count)
     assert len(asked) == parts
     for part, (kept, zeros, effects, values) in enumerate(asked):
@@ -71,14 +72,19 @@ def test_each_run_is_judged_by_a_fit_to_runs_of_the_other_parts(count: int, monk
     assert stop.whole.tolist() == [2.0 * count]  # of all samples
 
 
-def test_choices_are_the_other_values_of_switches_that_are_not_held() -> None:
-    fit: Any = Fit(model="DistalEstimator", values={"hold": 0.0})
-    assert path._choices(fit) == [("hold", 1)]
-    assert path._choices(replace(fit, values={"hold": 1.0})) == [("hold", 0)]
-    assert path._choices(replace(fit, task=Task(fixed=("hold",)))) == []
-    three: Any = Fit(model="ReferenceSignal", values={"kind": 2.0})
-    assert path._choices(three) == [("kind", 1), ("kind", 3)]
-    assert path._choices(Fit()) == []  # pyright: ignore[reportArgumentType]
+def test_choices_are_values_of_switches_that_are_not_held_and_were_not_had() -> None:
+    def choices(*fits: Fit) -> list[tuple[str, int]]:
+        return path._choices([Stop("", fit, (), np.ones(1)) for fit in fits])  # pyright: ignore[reportArgumentType]
+
+    fit = Fit(model="DistalEstimator", values={"hold": 0.0})
+    assert choices(fit) == [("hold", 1)]
+    assert choices(replace(fit, values={"hold": 1.0})) == [("hold", 0)]
+    assert choices(fit, replace(fit, values={"hold": 1.0})) == []
+    assert choices(replace(fit, task=Task(fixed=("hold",)))) == []
+    three = Fit(model="ReferenceSignal", values={"kind": 2.0})
+    assert choices(three) == [("kind", 1), ("kind", 3)]
+    assert choices(three, replace(three, values={"kind": 3.0})) == [("kind", 1)]
+    assert choices(Fit()) == []
 
 
 def test_weights_are_the_inverse_of_what_is_left_of_each_channel(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -131,14 +137,15 @@ def test_at_the_end_an_effect_that_later_ones_made_idle_is_left_out(
         return Fit(effects=tuple(effects), left=3.0)
 
     monkeypatch.setattr(path, "refit", refit)
-    monkeypatch.setattr(path, "_judged", lambda name, fit, _: replace(stop(name, fit.effects, alone, 3.0), fitted=fit))
+    monkeypatch.setattr(path, "judged", lambda name, fit, _: replace(stop(name, fit.effects, alone, 3.0), fitted=fit))
     monkeypatch.setattr(path, "_reweighted", lambda fit, _: replace(fit, left=fit.left - 1.0, model="again"))
-    found = path._without_idle(way, [0], lambda _: None)  # pyright: ignore[reportArgumentType]
+    same: Any = SimpleNamespace(searched=lambda fit: fit, refined=lambda fit: fit, whole=[0])
+    found = path._without_idle(way, same, lambda _: None)
     assert asked == [("inertia",)]  # the last one is not idle, and the first model had none
     assert [s.added for s in found] == ["", "wear", "inertia", *(["without wear"] if dropped else [])]
     assert found[-1].fitted.effects == (("inertia",) if dropped else ("wear", "inertia"))
     assert found[-1].fitted.model == "again"  # refitted once more, which left less
-    assert path._without_idle(way[:1], [], lambda _: None) == way[:1]
+    assert path._without_idle(way[:1], same, lambda _: None) == way[:1]
 
 
 def test_a_step_must_be_worth_its_parameters_and_more_than_its_error() -> None:
@@ -163,7 +170,7 @@ def test_a_model_that_stops_is_worth_less_than_any_that_runs(where: str, bad: fl
 
 
 def test_what_stops_leaves_more_than_anything() -> None:
-    assert path._log_left(Fit(rmse=np.array([np.nan]))) == np.inf  # pyright: ignore[reportArgumentType]
+    assert log_left(Fit(rmse=np.array([np.nan]))) == np.inf  # pyright: ignore[reportArgumentType]
 
 
 def test_the_law_over_the_position_is_drawn_of_its_channel_where_it_is_not_yet(monkeypatch: pytest.MonkeyPatch) -> None:

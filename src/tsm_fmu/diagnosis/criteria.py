@@ -280,6 +280,10 @@ SURE_GAIN_RATIO = 1.0
 MOST_STEPS = 8
 """Steps on the way: more is no help to a reader."""
 
+WAY_SAMPLES_RATIO = 4
+"""The way judges on so many times the samples of the search: what a model that holds its load fits between few of them
+does not hold on the others."""
+
 BEGUN_CANDIDATES = 8
 """Candidates of a step, of those that one linear step ranks best, that a few steps of a refit probe."""
 

@@ -11,10 +11,10 @@ from ..criteria import KEPT_RUN_SAMPLES, SEARCH_SAMPLES, SPEED_INPUT_SEARCH_SAMP
 from .unresolved import without_unresolved
 
 
-def thinned_for_search(model: Kernel, runs: Sequence[FitRun], channels: Sequence[str]) -> list[FitRun]:
-    """Runs as the search works on them."""
-    rows = SPEED_INPUT_SEARCH_SAMPLES if model.motion == "v" else SEARCH_SAMPLES
-    found = thinned(model, runs, rows, KEPT_RUN_SAMPLES)
+def thinned_for_search(model: Kernel, runs: Sequence[FitRun], channels: Sequence[str], times: int = 1) -> list[FitRun]:
+    """Runs as the search works on them, or with so many times its samples."""
+    rows = times * (SPEED_INPUT_SEARCH_SAMPLES if model.motion == "v" else SEARCH_SAMPLES)
+    found = thinned(model, runs, rows, times * KEPT_RUN_SAMPLES)
     return [
         few if few.time.size == run.time.size else without_unresolved(model, few, channels)
         for few, run in zip(found, runs, strict=True)
