@@ -23,7 +23,7 @@ FINENESS = {
                  "EARLY_STEPS", "PROBE_STEPS", "FOLD_STEPS", "FURTHER_STEPS", "LAST_STEPS", "REFINED_STEPS",
                  "REFINED_CHANGE", "REFINED_GAIN", "INDEPENDENT", "AT_AN_END", "PROPORTIONAL", "SWEEPS", "NO_GAIN",
                  "NUISANCE_STARTS", "OVERTAKINGS", "UNREACHED", "CLOSED", "NOISE_DEVIATIONS", "PAST_STROKES",
-                 "PADDING", "PARTS", "HIGHEST"),
+                 "PADDING", "PARTS", "HIGHEST", "MORE_STEPS", "UNSEEN_CHANGE"),
     "the library of functions": ("DISTANCES", "SPEEDS", "WIDTHS", "LAGS", "CENTRED", "HOLD", "TURNING_RAD", "ALIKE",
                                  "BLOCKS", "MOST_FOLDS", "HARMONICS", "SINGLE", "HATS", "LAGGED"),
     "what a page holds": ("LEADING", "MOST_PLACES", "MOST_RUNS", "MOST_DRAWN", "DISTINCT"),
