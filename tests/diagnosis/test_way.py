@@ -16,6 +16,7 @@ from tsm_fmu.diagnosis.choice import baselines, path
 from tsm_fmu.diagnosis.choice import stop as place
 from tsm_fmu.diagnosis.choice.stop import Samples, Stop, judged, log_left
 from tsm_fmu.diagnosis.evidence import Dependence, ResidualShape
+from tsm_fmu.models.contract import InputError
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,10 @@ class Task:
     fixed: tuple[str, ...] = ()
     model: str = "LuGreFriction"
     values: dict[str, float] = field(default_factory=dict)
+    limits: dict[str, Any] = field(default_factory=dict)
+
+    def limited(self, limits: dict[str, Any]) -> Task:
+        return replace(self, limits=limits)
 
 
 @dataclass(frozen=True)
@@ -146,6 +151,67 @@ def test_at_the_end_an_effect_that_later_ones_made_idle_is_left_out(
     assert found[-1].fitted.effects == (("inertia",) if dropped else ("wear", "inertia"))
     assert found[-1].fitted.model == "again"  # refitted once more, which left less
     assert path._without_idle(way[:1], same, lambda _: None) == way[:1]
+
+
+def way_with(rival: Stop) -> list[Stop]:
+    """A way whose first step was close, and whose second one left half."""
+    first = replace(stop("wear", ("wear",), 0.8), next_best=rival)
+    return [stop("", (), 1.0), first, stop("inertia", ("wear", "inertia"), 0.5)]
+
+
+@pytest.mark.parametrize(("alone", "taken"), [(0.45, True), (0.5, False), (np.nan, False)])
+def test_what_was_second_best_takes_the_place_of_what_was_best_where_it_is_worth_more(
+    alone: float, taken: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun = []
+
+    def refit(task: Any, effects: Any, values: Any, **_: Any) -> Any:
+        begun.append((tuple(effects), values, task.limits))
+        return Fit(effects=tuple(effects))
+
+    monkeypatch.setattr(path, "refit", refit)
+    monkeypatch.setattr(path, "_reweighted", lambda fit, _: fit)
+    monkeypatch.setattr(path, "judged", lambda name, fit, _: stop(name, fit.effects, alone))
+    same: Any = SimpleNamespace(searched=lambda fit: fit, refined=lambda fit: fit)
+    values, task = {"thermal.d": 0.3, "F_c": 9.0}, Task(limits={"thermal.d": (0, 1), "F_c": (0, 9)})
+    rival: Any = replace(stop("thermal", ("thermal",), 0.85), fitted=Fit(task, ("thermal",), values=values))
+    way = way_with(rival)
+    last: Any = replace(way[-1].fitted, values={"F_c": 0.7}, task=Task(limits={"F_c": (0, 1)}))  # pyright: ignore
+    found = path._exchanged([*way[:-1], replace(way[-1], fitted=last)], same)
+    limits = {"thermal.d": (0, 1), "F_c": (0, 1)}
+    assert begun == [(("inertia", "thermal"), {"thermal.d": 0.3, "F_c": 0.7}, limits)]
+    assert (found is not None) == taken
+    if found:
+        assert (found.added, found.fitted.effects) == ("thermal and without wear", ("inertia", "thermal"))
+
+
+@pytest.mark.parametrize(("alone", "taken"), [(0.505, True), (0.52, False)])
+def test_a_choice_in_place_of_an_effect_is_taken_where_it_is_worth_as_much_with_fewer_parameters(
+    alone: float, taken: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refit(_: Any, effects: Any, values: Any, **__: Any) -> Any:
+        assert values["hold"] == 1.0
+        return Fit(effects=tuple(effects), values=values)
+
+    monkeypatch.setattr(path, "refit", refit)
+    monkeypatch.setattr(path, "_reweighted", lambda fit, _: fit)
+    monkeypatch.setattr(path, "judged", lambda name, fit, _: stop(name, fit.effects, alone))
+    same: Any = SimpleNamespace(searched=lambda fit: fit, refined=lambda fit: fit)
+    held: Any = Fit(values={"hold": 1.0})
+    way = way_with(replace(stop("hold = 1", (), 0.85), fitted=held))
+    found = path._exchanged(way, same)
+    assert (found.added if found else "") == ("hold = 1 and without wear" if taken else "")
+    chosen: Any = Fit(effects=("wear", "inertia"), values={"hold": 1.0})
+    assert path._exchanged([*way[:-1], replace(way[-1], fitted=chosen)], same) is None, "it has been chosen since"
+
+
+def test_values_that_a_model_may_not_have_together_are_no_exchange(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: Any, **__: Any) -> Any:
+        raise InputError("beta = -0.9 with c = 0.8")
+
+    monkeypatch.setattr(path, "refit", refused)
+    same: Any = SimpleNamespace(searched=lambda fit: fit)
+    assert path._exchanged(way_with(stop("thermal", ("thermal",), 0.85)), same) is None
 
 
 def test_a_step_must_be_worth_its_parameters_and_more_than_its_error() -> None:

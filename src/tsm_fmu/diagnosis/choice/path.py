@@ -60,6 +60,9 @@ def way_to_a_better_model(
         progress(f"way to a better model: step {len(way)}")
         best = _next(runs.model, way, samples)
         if best is None or not best.is_worth_more_than(way[-1]):
+            progress("way to a better model: what nearly came, in place of what did")
+            best = _exchanged(way, samples)
+        if best is None:
             break
         way.append(best)
     return _without_idle(way, samples, progress)
@@ -151,7 +154,44 @@ def _next(model: Kernel, way: Sequence[Stop], samples: Samples) -> Stop | None:
     # one that leaves more of the very runs that it was fitted to was not fitted, as it holds the model before it; and
     # what leaves less of the search's samples alone fits what lies between them
     stops = [s for s in stops if s.runs and log_left(s.fitted) < log_left(at.fitted) and s.log_whole < at.log_whole]
-    return max(stops, key=lambda s: s.gain_over(at)[0] - PARAMETER_GAIN * s.parameters, default=None)
+    stops.sort(key=lambda s: PARAMETER_GAIN * s.parameters - s.gain_over(at)[0])
+    return replace(stops[0], next_best=stops[1] if len(stops) > 1 else None) if stops else None
+
+
+def _exchanged(way: Sequence[Stop], samples: Samples) -> Stop | None:
+    """The best model with what was second best at a step in place of the effect that was taken there.
+
+    What was best alone, as a law that bends to anything, may not be beside what came after it. None where none is worth
+    more than the last one of the way, or as much with fewer parameters.
+    """
+    last = way[-1]
+    there = last.fitted.effects
+
+    def exchanged(stop: Stop) -> Stop | None:
+        rival, searched = stop.next_best, samples.searched(last.fitted)
+        if rival is None or rival.added in there or stop.added not in there:
+            return None
+        added = [e for e in rival.fitted.effects if e == rival.added]
+        chosen = {name: value for name, value in rival.fitted.values.items() if f"{name} = {value:g}" == rival.added}
+        if chosen.items() <= searched.values.items() and not added:
+            return None  # the way has chosen so since
+        effects = [*(e for e in there if e != stop.added), *added]
+        task = searched.task.limited({**rival.fitted.task.limits, **searched.task.limits})
+        values = {**rival.fitted.values, **searched.values, **chosen}
+        own = {**rival.fitted.per_run, **searched.per_run}
+        try:
+            begun = refit(task, effects, values, per_run_values=own, steps=FIRST_STEPS)
+        except InputError:
+            return None  # values of the two that a model may not have together
+        fitted = samples.refined(_reweighted(begun, FURTHER_STEPS))
+        return judged(f"{rival.added} and without {stop.added}", fitted, samples)
+
+    def is_taken(one: Stop) -> bool:
+        simpler = one.runs and one.parameters < last.parameters and not last.is_worth_more_than(one)
+        return simpler or one.is_worth_more_than(last)
+
+    found = [one for one in together(exchanged, way[1:-1]) if one is not None and is_taken(one)]
+    return max(found, key=lambda s: s.gain_over(last)[0] - PARAMETER_GAIN * s.parameters, default=None)
 
 
 def _choices(way: Sequence[Stop]) -> list[tuple[str, int]]:

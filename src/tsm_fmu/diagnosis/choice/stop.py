@@ -94,12 +94,15 @@ class Stop:
         Mean square on each run when it was left out.
     whole : ndarray, shape (channels,)
         RMS on all samples of the measured runs; the search works on a part of them.
+    next_best : Stop or None
+        The second best at this step.
     """
 
     added: str
     fitted: Fitted
     left_out: tuple[FloatArray, ...] = field(repr=False)
     whole: FloatArray
+    next_best: Stop | None = field(default=None, repr=False)
 
     @cached_property
     def left_out_rms(self) -> FloatArray:
