@@ -350,8 +350,8 @@ class Writer:
 
         Theirs may be nothing at the load of the moment and much at the next: what counts is how far the motion went.
         """
-        sizes = [(number, a.prefix + name, name) for number, a in self._building_up() for name in sizes_of(a.module)]
-        some = " or ".join(f"p.{field} != e{number}_NEUTRAL.{name}" for number, field, name in sizes)
+        sizes = [(a, name) for _, a in self._building_up() for name in sizes_of(a.module)]
+        some = " or ".join(f"p.{a.prefix}{name} != {getattr(a.module.NEUTRAL, name)!r}" for a, name in sizes)
         return [
             "    slid = ms.slid",
             f"    if s.slid == 0.0 and abs(m.z) < {SLIDING_SHARE} and ({some}):",
