@@ -8,8 +8,10 @@ import pytest
 
 import tsm_fmu as tsm
 from tsm_fmu.cli.app import run
+from tsm_fmu.diagnosis.result import Diagnosis
 from tsm_fmu.logs.record import write_record
 from tsm_fmu.models.contract import InputError
+from tsm_fmu.regression.solver import SearchLog
 from tsm_fmu.verbs import batch
 from tsm_fmu.verbs.batch import RigResult, RigWork
 
@@ -54,6 +56,36 @@ def test_many_rigs_give_one_table_and_a_killed_batch_goes_on(rigs, tmp_path, cap
     assert f"from {errors.min():.3g} to {errors.max():.3g} rad, largest at {errors.idxmax()}." in page
     assert "error by rig: measured rmse x_out [rad]" in page
     assert {p.name for p in out.iterdir()} == {"rigs.csv", "rigs.parquet", "report.html", "north", "south", "lost"}
+
+
+def test_an_interrupted_fit_ends_the_batch_and_is_done_anew(rigs, tmp_path, monkeypatch):
+    """A fit keeps its best until Ctrl-C; a batch that took that for the optimum would go on with the next rig."""
+    offer, calls = SearchLog.offer, []
+
+    def interrupted(log, table, error):
+        offer(log, table, error)
+        calls.append(error)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+
+    out = tmp_path / "out"
+    command = ["batch", "identify", "PairedTsmBacklash", "--table", str(rigs), "--out", str(out), "--workers", "1"]
+    monkeypatch.setattr(SearchLog, "offer", interrupted)
+    assert run(command) == 130
+    assert not (out / "south").exists()
+    assert not [*out.rglob("card.toml"), *out.glob("rigs.parquet")]
+    monkeypatch.undo()
+    assert run(command) == 2
+    alone = tsm.identify("PairedTsmBacklash", rigs.parent / "north.csv")
+    assert tsm.read_card(out / "north" / "card.toml").parameters["c"].value == alone.parameters["c"]
+
+
+def test_a_diagnosis_interrupted_after_its_answer_ends_the_batch(rigs, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        "tsm_fmu.verbs.diagnose.diagnose", lambda *_, **__: Diagnosis("none", answer="as before", complete=False)
+    )
+    with pytest.raises(KeyboardInterrupt):
+        tsm.batch("diagnose", "PairedTsmBacklash", rigs, out=tmp_path / "out", workers=1, improve=True)
 
 
 def test_the_picture_of_a_batch_is_of_what_it_found() -> None:

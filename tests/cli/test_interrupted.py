@@ -211,3 +211,41 @@ def test_an_interrupted_identification_keeps_its_best_and_says_that_it_is_none(l
     assert run(["identify", "PairedTsmBacklash", "--measured", str(lab / "log.csv"), "--out", str(kept)]) == 130
     assert capsys.readouterr().err.endswith(f"tsm-fmu: interrupted; the best until then is kept in {kept}\n")
     assert tsm.read_card(kept).provenance.method.endswith(", interrupted")
+
+
+INTERRUPTED_IN_COMPILED_CODE = """
+import os, signal, time
+import numpy.lib._npyio_impl as npz
+from scipy.stats import qmc
+from tsm_fmu.cli import app, main
+from tsm_fmu.regression.seeds import load_direction_numbers
+
+read = npz.NpzFile.__getitem__
+
+def interrupted(archive, key):
+    npz.NpzFile.__getitem__ = read
+    os.kill(os.getpid(), signal.SIGINT)
+    sum(range(10000))
+    return read(archive, key)
+
+@app.command("draw")
+def draw(held: bool = False):
+    npz.NpzFile.__getitem__ = interrupted
+    try:
+        load_direction_numbers() if held else qmc.Sobol(2)
+        time.sleep(30.0)
+    except KeyboardInterrupt:
+        print(qmc.Sobol(2, scramble=False).random_base2(2).tolist())
+        raise
+
+main(GIVEN)
+"""
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_an_interrupt_in_compiled_code_that_cannot_raise_is_not_lost(tmp_path, held):
+    """Cython shows as a traceback and forgets what arrives while scipy reads Sobol's numbers."""
+    code = INTERRUPTED_IN_COMPILED_CODE.replace("GIVEN", repr(["draw", *["--held"] * held]))
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    drawn = "[[0.0, 0.0], [0.5, 0.5], [0.75, 0.25], [0.25, 0.75]]\n"
+    assert (done.returncode, done.stdout, done.stderr) == (130, drawn, "tsm-fmu: interrupted\n")

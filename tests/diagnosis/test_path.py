@@ -140,6 +140,7 @@ def test_interruption_on_the_way_keeps_the_diagnosis(monkeypatch: pytest.MonkeyP
     )
     assert found.answer == "as before"
     assert found.improved is None
+    assert not found.complete
     assert any("interrupted" in note for note in found.notes)
 
 

@@ -14,6 +14,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Mapping, Sequence
+from types import TracebackType
 from typing import Annotated, Any
 
 import typer
@@ -52,7 +53,7 @@ def _options(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit with its code; a request to end the process keeps what Ctrl-C keeps."""
-    sys.unraisablehook = _ask_again
+    sys.excepthook, sys.unraisablehook = _show_defects, _ask_again
     try:
         for name in ("SIGTERM", "SIGHUP"):
             number = getattr(signal, name, None)
@@ -65,8 +66,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     sys.exit(code)
 
 
+def _show_defects(kind: type[BaseException], value: BaseException, traceback: TracebackType | None) -> None:
+    """Compiled code that cannot raise shows what it drops here, a Ctrl-C too, before `_ask_again` is told of it."""
+    if not issubclass(kind, KeyboardInterrupt):
+        sys.__excepthook__(kind, value, traceback)
+
+
 def _ask_again(ignored: sys.UnraisableHookArgs) -> None:
-    """Python drops what a finalizer raises, a Ctrl-C that arrives in one too: it is asked for again, a moment later."""
+    """Python drops what a finalizer or some compiled code raises, a Ctrl-C too: it is asked for again in a moment."""
     if issubclass(ignored.exc_type, KeyboardInterrupt):
         later = threading.Timer(0.01, _interrupt)
         later.daemon = True

@@ -65,3 +65,5 @@ def diagnose(
         typer.echo((out / "diagnosis.json").read_text(encoding="utf-8"), nl=False)
     else:
         typer.echo(f"{found.summary()}\n\nreport {out / 'report.html'}")
+    if not found.complete:
+        raise KeyboardInterrupt(f"interrupted on the way to a better model; the diagnosis is kept in {out}")

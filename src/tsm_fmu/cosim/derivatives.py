@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from ..batching.stopping import interruptible
 from .description import Description, describe
 from .fmu_instance import FmuInstance
 from .fmu_process import Processes
 from .linearize import Linear, named
 from .master import number_of_steps
 from .ssp import Case
-from .stopping import interruptible
 from .system import check_system
 from .unpack import unpacked
 

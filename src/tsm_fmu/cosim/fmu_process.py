@@ -10,9 +10,9 @@ from time import monotonic
 from typing import Any
 
 from ..batching.processes import exit_in_words, without_main
+from ..batching.stopping import stop_asked
 from .description import Description
 from .fmu_server import serve
-from .stopping import stop_asked
 
 _POLL, _PATIENCE, _START = 0.2, 10.0, 120.0
 """How often a wait looks round, how long it lasts after Ctrl-C, and how long the start of a process may take [s]."""

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 
+from ..batching.stopping import StopRequest, interruptible
 from ..models.contract import InputError
 from .exchange import (
     Advance,
@@ -31,7 +32,6 @@ from .order import AlgebraicLoop, Schedule, schedule
 from .program import Program, Stimulus, can_compile
 from .progress import bar
 from .recorder import Recorder, Selection, left_out, select
-from .stopping import StopRequest, interruptible
 from .system import System, Wiring, check_system
 from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 from .unpack import unpacked

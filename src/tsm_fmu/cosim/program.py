@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..batching.stopping import StopRequest
 from .exchange import Part, Transfer
 from .fmi_calls import WARNING, Block
 from .fmu_instance import FmuInstance
 from .recorder import Recorder
-from .stopping import StopRequest
 
 Refusal = Callable[[int, float, float], None]
 """What a status above Warning means, given it, the time and the step: `FmuFailure`, or nothing if the run may go on."""

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..batching.stopping import interruptible
 from ..kernels.arrays import FloatArray
 from ..logs import agreement as scores
 from ..logs.record import Record, cutoff_note, kernel_inputs
@@ -22,7 +23,6 @@ from .description import Description, describe
 from .fmu_instance import FmuFailure, FmuInstance
 from .fmu_process import Processes
 from .recorder import Recorder, left_out, select
-from .stopping import interruptible
 from .system import Component, System, Value, check_system
 from .trajectory import SimulationInterrupted, SimulationStopped, Trajectory
 from .unpack import unpacked

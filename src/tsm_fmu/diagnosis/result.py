@@ -107,6 +107,8 @@ class Diagnosis:
     preset : str
         Parameter set that the model started from; empty without.
     seed : int
+    complete : bool
+        False if it was interrupted on the way to a better model: the answer stands, ``improved`` is None.
     """
 
     verdict: str
@@ -142,6 +144,7 @@ class Diagnosis:
     records: Mapping[str, str] = field(default_factory=dict)
     preset: str = ""
     seed: int = 0
+    complete: bool = True
 
     @property
     def card(self) -> ModelCard | None:

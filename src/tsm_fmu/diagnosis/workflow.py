@@ -221,7 +221,7 @@ def _improved(
         way = way_to_a_better_model(runs, task, progress, final)
     except KeyboardInterrupt:
         note = "interrupted on the way to a better model: none is given"
-        return replace(diagnosis, notes=(*diagnosis.notes, note))
+        return replace(diagnosis, notes=(*diagnosis.notes, note), complete=False)
     found = improvement_of(way, runs, diagnosis.effects, used, diagnosis.preset, diagnosis.seed)
     return replace(diagnosis, improved=found)
 

@@ -111,6 +111,18 @@ class Fit:
     seed: int
     complete: bool
 
+    def uninterrupted(self) -> Fit:
+        """The same, for who goes on with it and must not take the best until Ctrl-C for the optimum.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            If the fit was interrupted.
+        """
+        if not self.complete:
+            raise KeyboardInterrupt
+        return self
+
 
 def fit(
     kernel: Kernel,

@@ -21,7 +21,7 @@ from ..regression.linearity import linear_parameters
 from ..regression.problem import Problem
 from ..regression.projection import Eliminated, Projection
 from ..regression.scaled_variables import ScaledVariables
-from ..regression.seeds import SPREAD, dimensional_scales
+from ..regression.seeds import SPREAD, dimensional_scales, load_direction_numbers
 from ..regression.sensitivity import sensitivity_scales
 from ..regression.solver import SearchLog, Solution
 
@@ -71,6 +71,7 @@ class Evolution:
             best = variables.of(problem.start() if start is None else start.table)
             if start is None:
                 log.begin("differential evolution")
+                load_direction_numbers()
                 rng = np.random.default_rng(self.seed)
                 best = differential_evolution(
                     lambda q: cost(q) if variables.accepts(q) else REFUSED,

@@ -7,10 +7,12 @@ of the stroke, one in s near the time that the motion takes: physical seeds for 
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 from scipy.stats import qmc
 
+from ..batching.stopping import interruptible
 from ..kernels.arrays import FloatArray
 from ..logs.units import unit_to_si
 from .problem import Problem
@@ -73,6 +75,7 @@ def starts(problem: Problem, variables: ScaledVariables, count: int, seed: int) 
     if dimensions == 0:
         return [given]
     lo, hi = variables.lo + 1e-6, variables.hi - 1e-6
+    load_direction_numbers()
     draws = 2.0 * qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random_base2(math.ceil(math.log2(count))) - 1.0
     points = [given, np.clip(physical, lo, hi)]
     for n, draw in enumerate(draws):
@@ -80,6 +83,13 @@ def starts(problem: Problem, variables: ScaledVariables, count: int, seed: int) 
         reach = np.where([bool(axis.sign) for axis in variables.axes], SPREAD, np.maximum(1.0, abs(around)))
         points.append(np.clip(around + reach * draw, lo, hi))
     return points
+
+
+@cache
+def load_direction_numbers() -> None:
+    """Before the first Sobol draw: scipy reads them where a Ctrl-C is dropped and what is drawn then is nonsense."""
+    with interruptible():
+        qmc.Sobol(2)
 
 
 def _rms(samples: list[FloatArray], centred: bool = True) -> float:

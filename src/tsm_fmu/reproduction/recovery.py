@@ -161,7 +161,8 @@ def _identified(trial: Trial, method: str, quick: bool) -> _Found:
             *(_rows(trial, motion, str(i), rows, rng) for i, motion in enumerate(trial.motions)), strict=True
         )
         space = search_space(k, trial.preset, begin, fixed)
-        return fit(k, runs, [trial.channel], space, seed=1, **how), float(np.sqrt(np.mean(np.concatenate(noises) ** 2)))
+        noise = float(np.sqrt(np.mean(np.concatenate(noises) ** 2)))
+        return fit(k, runs, [trial.channel], space, seed=1, **how).uninterrupted(), noise
 
     if method == GENETIC:
         searched, _ = fitted(start, THINNED, method="paper")

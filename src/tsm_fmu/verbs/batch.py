@@ -114,6 +114,7 @@ class RigWork:
         from .identify import identify
 
         found = identify(self.model, rig.runs["measured"], holdout=rig.runs["holdout"], **self.options)
+        found.fit.uninterrupted()
         found.write_card(folder / "card.toml")
         values: dict[str, float | str] = {}
         for name, p in found.card.parameters.items():
@@ -131,6 +132,8 @@ class RigWork:
             self.model, rig.runs["measured"], holdout=rig.runs["holdout"], reference=rig.runs["reference"],
             out=folder, **self.options,
         )  # fmt: skip
+        if not found.complete:
+            raise KeyboardInterrupt
         return {"verdict": str(found.verdict), "effects": ", ".join(found.effects), "answer": str(found.answer)}
 
     def _track(self, rig: Rig, folder: Path) -> dict[str, float | str]:

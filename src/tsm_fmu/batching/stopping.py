@@ -1,4 +1,4 @@
-"""Requests to stop that wait for the end of a step."""
+"""Requests to stop that wait for the end of a call."""
 
 from __future__ import annotations
 
@@ -38,7 +38,8 @@ def stop_asked() -> bool:
 
 @contextmanager
 def interruptible() -> Iterator[StopRequest]:
-    """Hold Ctrl-C and other requests to stop back to the end of a call: inside one they would hit an FMU's Python.
+    """Hold Ctrl-C and other requests to stop back to the end of a call: inside one they would hit an FMU's Python,
+    or be dropped by compiled code that cannot raise.
 
     Raises
     ------
