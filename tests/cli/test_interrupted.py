@@ -19,6 +19,7 @@ from tests.cli.test_no_room import MODEL
 from tests.cli.test_no_room import lab as lab
 from tsm_fmu.cli import identify
 from tsm_fmu.cli.app import run
+from tsm_fmu.diagnosis.result import Diagnosis
 from tsm_fmu.logs.table import read_table
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
@@ -211,6 +212,17 @@ def test_an_interrupted_identification_keeps_its_best_and_says_that_it_is_none(l
     assert run(["identify", "PairedTsmBacklash", "--measured", str(lab / "log.csv"), "--out", str(kept)]) == 130
     assert capsys.readouterr().err.endswith(f"tsm-fmu: interrupted; the best until then is kept in {kept}\n")
     assert tsm.read_card(kept).provenance.method.endswith(", interrupted")
+
+
+def test_a_diagnosis_interrupted_on_the_way_to_a_better_model_says_so(tmp_path, lab, monkeypatch, capsys):
+    found = Diagnosis("none", answer="Nothing is missing.", complete=False)
+    monkeypatch.setattr("tsm_fmu.verbs.diagnose.diagnose", lambda *_, **__: found)
+    line = ["diagnose", MODEL, "--measured", str(lab / "log.csv"), "--out", str(tmp_path), "--improve"]
+    assert run(line) == 130
+    said = capsys.readouterr()
+    assert said.out.startswith("Nothing is missing.")
+    way = "interrupted on the way to a better model"
+    assert said.err.endswith(f"tsm-fmu: {way}; the diagnosis is kept in {tmp_path}\n")
 
 
 INTERRUPTED_IN_COMPILED_CODE = """

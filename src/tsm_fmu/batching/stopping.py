@@ -38,8 +38,9 @@ def stop_asked() -> bool:
 
 @contextmanager
 def interruptible() -> Iterator[StopRequest]:
-    """Hold Ctrl-C and other requests to stop back to the end of a call: inside one they would hit an FMU's Python,
-    or be dropped by compiled code that cannot raise.
+    """Hold Ctrl-C and other requests to stop back to the end of a call.
+
+    Inside one they would hit an FMU's Python, or be dropped by compiled code that cannot raise.
 
     Raises
     ------

@@ -66,10 +66,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     sys.exit(code)
 
 
-def _show_defects(kind: type[BaseException], value: BaseException, traceback: TracebackType | None) -> None:
+def _show_defects(kind: type[BaseException], value: BaseException, where: TracebackType | None) -> None:
     """Compiled code that cannot raise shows what it drops here, a Ctrl-C too, before `_ask_again` is told of it."""
     if not issubclass(kind, KeyboardInterrupt):
-        sys.__excepthook__(kind, value, traceback)
+        sys.__excepthook__(kind, value, where)
 
 
 def _ask_again(ignored: sys.UnraisableHookArgs) -> None:
