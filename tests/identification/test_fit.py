@@ -12,7 +12,7 @@ from scipy.optimize import least_squares, minimize_scalar
 
 from tsm_fmu.identification import fit as fit_module
 from tsm_fmu.identification.findings import conditions_met, fields_on_bound
-from tsm_fmu.identification.fit import Fit, fit
+from tsm_fmu.identification.fit import Fit, FitInterrupted, fit
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.models.contract import InputError
 from tsm_fmu.regression.problem import FitRun, Problem
@@ -273,7 +273,9 @@ def test_interruption_keeps_the_best_so_far(three: list[FitRun], phase: str, poi
         if sum(phase in one.phase and math.isfinite(one.error) for one in seen) == point:
             raise KeyboardInterrupt
 
-    result = identified(three, progress=interrupt)
+    with pytest.raises(FitInterrupted) as stopped:
+        identified(three, progress=interrupt)
+    result = stopped.value.fit
     assert not result.complete
     assert result.findings[0].startswith("interrupted")
     spread = np.sqrt(np.mean([run.targets.var() for run in three]))

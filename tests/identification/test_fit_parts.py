@@ -10,7 +10,7 @@ import pytest
 import rig
 
 from tsm_fmu.identification import fit as fit_module
-from tsm_fmu.identification.fit import Fit, fit
+from tsm_fmu.identification.fit import Fit, FitInterrupted, fit
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun, Problem
 from tsm_fmu.regression.solver import Progress
@@ -54,7 +54,9 @@ def test_intervals_that_an_interruption_did_not_reach_are_linear(runs: list[FitR
         if at.phase.startswith("profile"):
             raise KeyboardInterrupt
 
-    found, whole = fitted(runs[:2], intervals="profile", progress=stop), fitted(runs[:2], intervals="linear")
+    with pytest.raises(FitInterrupted) as stopped:
+        fitted(runs[:2], intervals="profile", progress=stop)
+    found, whole = stopped.value.fit, fitted(runs[:2], intervals="linear")
     assert not found.complete
     assert found.findings[0] == "interrupted: the intervals that were not reached are linear ones"
     assert found.parameters.valuesdict() == whole.parameters.valuesdict()

@@ -89,9 +89,7 @@ def test_a_rig_gives_its_numbers_by_verb_and_what_was_wrong_with_it(
     written: list[Path] = []
     fitted = SimpleNamespace(
         card=ModelCard("Sum", parameters=parameters), write_card=written.append, findings=("one", "two"),
-        fit=SimpleNamespace(
-            measured={"x": score}, holdout={"x": replace_rmse(score, 0.75)}, uninterrupted=lambda: None
-        ),
+        complete=True, fit=SimpleNamespace(measured={"x": score}, holdout={"x": replace_rmse(score, 0.75)}),
     )  # fmt: skip
     diagnosed = SimpleNamespace(verdict="named", effects=("creep", "wear"), answer="It creeps.", complete=True)
     tracked = SimpleNamespace(runs=(1, 2, 3), moving=("c", "k"), answer="It moves.")

@@ -100,7 +100,7 @@ def identify(
         typer.echo(f"{out}  ({result.fit.evaluations} simulations, {result.fit.wall_s:.2f} s)")
         for kind, path in page.items():
             typer.echo(f"{kind} {path}")
-    if not result.fit.complete:
+    if not result.complete:
         raise KeyboardInterrupt(f"interrupted; the best until then is kept in {out}")
 
 

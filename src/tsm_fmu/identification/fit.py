@@ -111,17 +111,13 @@ class Fit:
     seed: int
     complete: bool
 
-    def uninterrupted(self) -> Fit:
-        """The same, for who goes on with it and must not take the best until Ctrl-C for the optimum.
 
-        Raises
-        ------
-        KeyboardInterrupt
-            If the fit was interrupted.
-        """
-        if not self.complete:
-            raise KeyboardInterrupt
-        return self
+class FitInterrupted(KeyboardInterrupt):
+    """Ctrl-C during a fit; `fit` is the best until then, with `Fit.complete` False."""
+
+    def __init__(self, fit: Fit) -> None:
+        super().__init__("interrupted")
+        self.fit = fit
 
 
 def fit(
@@ -167,6 +163,8 @@ def fit(
     ------
     InputError
         Unknown method or intervals, no runs, or a model that fails at its start values.
+    FitInterrupted
+        Ctrl-C, once there is anything to keep.
     """
     if method not in METHODS:
         raise InputError(f"method {method!r} -- expected one of {', '.join(METHODS)} -- choose one")
@@ -224,7 +222,7 @@ def fit(
     residuals, floors = _residual_tests(problem, table), _noise_floor(problem, pooled)
     if complete:
         notes += shortfalls(pooled, [r.channels for r in results.values() if r.role == "measured"], floors, residuals)
-    return Fit(
+    result = Fit(
         kernel=kernel,
         channels=problem.channels,
         parameters=filled,
@@ -246,6 +244,9 @@ def fit(
         seed=seed,
         complete=complete,
     )
+    if not complete:
+        raise FitInterrupted(result)
+    return result
 
 
 def _interrupted(problem: Problem, table: FloatArray) -> FloatArray:

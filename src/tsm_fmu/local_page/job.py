@@ -163,7 +163,7 @@ def _identify(request: Request, runs: Any, holdout: Any, step: Callable[[str], N
         for role, scores in (("measured", found.fit.measured), ("holdout", found.fit.holdout))
         for channel, score in scores.items()
     ]
-    return "done" if found.fit.complete else "cancelled", {"answer": found.summary(), "errors": errors}
+    return "done" if found.complete else "cancelled", {"answer": found.summary(), "errors": errors}
 
 
 def _diagnose(request: Request, runs: Any, holdout: Any, reference: Any, step: Callable[[str], None]) -> Answer:

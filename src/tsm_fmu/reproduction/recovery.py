@@ -162,7 +162,7 @@ def _identified(trial: Trial, method: str, quick: bool) -> _Found:
         )
         space = search_space(k, trial.preset, begin, fixed)
         noise = float(np.sqrt(np.mean(np.concatenate(noises) ** 2)))
-        return fit(k, runs, [trial.channel], space, seed=1, **how).uninterrupted(), noise
+        return fit(k, runs, [trial.channel], space, seed=1, **how), noise
 
     if method == GENETIC:
         searched, _ = fitted(start, THINNED, method="paper")

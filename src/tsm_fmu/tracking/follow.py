@@ -121,7 +121,7 @@ def followed(
 
 def _fitted(kernel: Kernel, run: FitRun, channels: Sequence[str], space: SearchSpace, fields: Collection[str]) -> Fit:
     free = space.freeing_only([*fields, *(f for f, p in space.parameters.items() if p.per_run and p.free)])
-    return fit(kernel, [run], channels, free, single_start=True).uninterrupted()
+    return fit(kernel, [run], channels, free, single_start=True)
 
 
 def _errors_of_card(kernel: Kernel, run: FitRun, channels: Sequence[str], space: SearchSpace) -> dict[str, float]:

@@ -114,7 +114,8 @@ class RigWork:
         from .identify import identify
 
         found = identify(self.model, rig.runs["measured"], holdout=rig.runs["holdout"], **self.options)
-        found.fit.uninterrupted()
+        if not found.complete:
+            raise KeyboardInterrupt
         found.write_card(folder / "card.toml")
         values: dict[str, float | str] = {}
         for name, p in found.card.parameters.items():

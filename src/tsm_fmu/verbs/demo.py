@@ -85,7 +85,7 @@ def _identified(measured: Record, holdout: Record) -> tuple[Fit, ModelCard]:
         [CHANNEL],
         search_space(model, per_run=per_run_fields(model)),
         holdout=[fit_run(model, holdout, [CHANNEL])],
-    ).uninterrupted()
+    )
     return result, model_card(result, "published", [measured], [holdout])
 
 

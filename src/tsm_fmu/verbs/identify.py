@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..card import ModelCard, write_card
-from ..identification.fit import SETTLING, Fit, fit
+from ..identification.fit import SETTLING, Fit, FitInterrupted, fit
 from ..identification.nuisance import with_limited_delays, with_nuisance
 from ..identification.result import as_json, model_card, run_outputs
 from ..logs.agreement import Agreement
@@ -58,6 +58,11 @@ class IdentifyResult:
     def parameters(self) -> dict[str, float]:
         """Fitted values by public name, SI; of a per-run parameter the mean."""
         return {name: p.value for name, p in self.card.parameters.items()}
+
+    @property
+    def complete(self) -> bool:
+        """Whether the fit was not interrupted; else it is the best until then."""
+        return self.fit.complete
 
     @property
     def findings(self) -> tuple[str, ...]:
@@ -203,6 +208,7 @@ def identify(
     Returns
     -------
     IdentifyResult
+        After Ctrl-C with the best values until then, and `complete` False.
 
     Raises
     ------
@@ -218,18 +224,21 @@ def identify(
     records, repeated = without_repeated_rows([*measured, *held_out])
     channels = measured_channels(kernel, records)
     fit_runs = [fit_run(kernel, record, channels, cutoff) for record in records]
-    found = fit(
-        kernel,
-        fit_runs[: len(measured)],
-        channels,
-        with_limited_delays(space, extended.delays, fit_runs),
-        holdout=fit_runs[len(measured) :],
-        method=method,
-        single_start=single_start,
-        intervals=intervals,
-        seed=seed,
-        progress=progress,
-    )
+    try:
+        found = fit(
+            kernel,
+            fit_runs[: len(measured)],
+            channels,
+            with_limited_delays(space, extended.delays, fit_runs),
+            holdout=fit_runs[len(measured) :],
+            method=method,
+            single_start=single_start,
+            intervals=intervals,
+            seed=seed,
+            progress=progress,
+        )
+    except FitInterrupted as stopped:  # who fits one model wants to see what there is
+        found = stopped.fit
     inputs = [v.name for v in kernel.inputs]
     derived = dict.fromkeys(note for run in fit_runs for note in run.derived)
     return IdentifyResult(
