@@ -16,7 +16,7 @@ from tsm_fmu.diagnosis.answer.tone import with_tones
 from tsm_fmu.diagnosis.choice.floors import Floors
 from tsm_fmu.diagnosis.criteria import EFFECT_SPREAD_SHARE, REFERENCE_RATIO
 from tsm_fmu.diagnosis.evidence import Tone
-from tsm_fmu.diagnosis.residual.tones import size_of_tone, tones
+from tsm_fmu.diagnosis.residual.tones import tones, tones_of_runs
 from tsm_fmu.diagnosis.workflow import diagnose
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record
@@ -68,6 +68,22 @@ def test_a_tone_is_found_with_its_frequency_and_size(frequency: float, stamps: C
     assert set(found) == {"F"}
     assert found["F"].frequency == pytest.approx(frequency, abs=0.003)
     assert found["F"].rms == pytest.approx(0.05, rel=0.04)
+
+
+def test_mains_may_wander_from_run_to_run() -> None:
+    rng, places, left = np.random.default_rng(23), list[Any](), []
+    wandering = (50.021, 49.985, 50.033, 49.979)
+    for k, frequency in enumerate(wandering):
+        t = np.arange(90.0 * 211.0) / 211.0
+        v = np.gradient(moved(t), t)
+        places.append(Way(t, v, np.gradient(v, t)))
+        left.append((hum(frequency)(t, k) + 0.05 * rng.standard_normal(t.size))[:, None])
+    found = tones(("F",), left, places, SPREAD[:1])["F"]
+    assert found.frequency == pytest.approx(np.mean(wandering), abs=0.001)
+    assert found.rms == pytest.approx(0.05, rel=0.03)
+    assert found.beside == pytest.approx(0.05, rel=0.03)
+    apart = [hum(49.7 + 0.4 * (k % 2))(p.time, k)[:, None] for k, p in enumerate(places)]
+    assert tones(("F",), apart, places, SPREAD[:1]) == {}, "two tones"
 
 
 def ringing(t: np.ndarray, k: int) -> np.ndarray:
@@ -145,8 +161,8 @@ def test_samples_that_are_not_compared_say_nothing_of_a_tone(kept: float) -> Non
     assert found.frequency == pytest.approx(11.37, abs=0.01)
     assert found.rms == pytest.approx(0.05, rel=0.03)
     assert found.beside == pytest.approx(0.01, rel=0.05)
-    of_reference = size_of_tone([0.1 * y[:, None]], [Way(t, v, v)], 0, 11.37)
-    assert of_reference == pytest.approx(0.005, rel=0.05)
+    (of_reference,) = tones_of_runs([0.1 * y[:, None]], [Way(t, v, v)], 0, 11.37)
+    assert np.hypot(of_reference.cos, of_reference.sin) == pytest.approx(np.sqrt(2.0) * 0.005, rel=0.05)
 
 
 def test_at_a_steady_speed_a_tone_may_be_a_law_of_the_position() -> None:
@@ -168,12 +184,12 @@ def test_a_tone_that_reference_runs_hold_is_not_missing(part: float, missing: bo
     assert found.noise == pytest.approx([0.04 if missing else 0.048, 0.03])
 
 
-def rig(number: int, size: float) -> Record:
-    """Bristles of an exponential law and 13.7 Hz beside."""
+def rig(number: int, size: float, more_one_way: float = 0.0) -> Record:
+    """Bristles of an exponential law, more of it in one direction, and 13.7 Hz beside."""
     rng, t = np.random.default_rng(300 + number), np.arange(2400) * 0.01
     x = moved(t + 0.7 * number)
     force = (
-        0.7 * exponential(x, 0.0047)
+        0.7 * exponential(x, 0.0047) * (1.0 + more_one_way * np.tanh(np.gradient(x, t) / 0.005))
         + 0.1 * np.gradient(x, t)
         + hum(13.7, size)(t, number)
         + 0.004 * rng.standard_normal(t.size)
@@ -181,14 +197,29 @@ def rig(number: int, size: float) -> Record:
     return Record(f"run {number}", t, {"v": np.gradient(x, t), "F": force}, {"v": "m/s", "F": "N"})
 
 
+VALUES = {"F_c": 0.7, "F_s": 0.71, "v_s": 0.01, "sigma0": 150.0, "sigma1": 0.3, "sigma2": 0.1}
+
+
 def test_a_diagnosis_says_what_hums_and_names_no_effect() -> None:
-    values = {"F_c": 0.7, "F_s": 0.71, "v_s": 0.01, "sigma0": 150.0, "sigma1": 0.3, "sigma2": 0.1}
-    found = diagnose(kernel("LuGreFriction"), [rig(0, 0.09), rig(1, 0.09)], values=values)
+    found = diagnose(kernel("LuGreFriction"), [rig(0, 0.09), rig(1, 0.09)], values=VALUES)
     assert (found.verdict, found.family, found.effects) == ("unknown", ("time",), ())
     assert found.tones["F"].frequency == pytest.approx(13.7, abs=0.003)
-    assert "What is left of F hums at 13.7 Hz" in found.answer
+    assert " F hums at 13.7 Hz" in found.answer
+    assert "taken out of what is compared" in found.answer
+    assert found.gap["F"].refitted < 0.03
     assert found.gap["F"].floor < 0.03
-    quiet = diagnose(kernel("LuGreFriction"), [rig(0, 0.0), rig(1, 0.0)], values=values)
+    quiet = diagnose(kernel("LuGreFriction"), [rig(0, 0.0), rig(1, 0.0)], values=VALUES)
     assert quiet.verdict in ("none", "parameters")
     assert quiet.tones == {}
     assert "hums" not in quiet.answer
+
+
+def test_a_hum_of_twice_its_size_hides_no_effect() -> None:
+    """Of the same frequency in a held-out run and a reference run, in other steps."""
+    model, runs = kernel("LuGreFriction"), [rig(k, 0.09, 0.06) for k in range(3)]
+    found = diagnose(model, runs[:2], holdout=runs[2:], reference=[rig(3, 0.09)], values=VALUES)
+    assert (found.verdict, found.effects) == ("named", ("direction_asymmetry",))
+    assert found.tones["F"].taken_out
+    gap = found.gap["F"]
+    assert gap.after == pytest.approx(0.005, abs=0.002), "the noise, and what the form of the bristles leaves"
+    assert gap.holdout_after == pytest.approx(gap.after, rel=0.3)

@@ -326,6 +326,9 @@ TONE_MOTION_RATIO = 8.0
 """A tone is looked for above this many times the frequency of the motion, which is that of its acceleration over its
 speed: below, it may be a harmonic."""
 
+TONE_WANDER_SHARE = 0.001
+"""Part of its frequency by which a tone may differ from run to run: mains mostly keep to 50 mHz of 50 Hz."""
+
 TONE_STEADY_SHARE = 0.2
 """Deviation of the speed over its mean below which it is steady: a tone may then be a law of the position."""
 

@@ -210,11 +210,14 @@ class Tone:
         [Hz]
     rms, beside : float
         Of the tone, and of what is left beside it, in the channel's SI unit.
+    taken_out : bool
+        Whether the runs are compared less this tone.
     """
 
     frequency: float
     rms: float
     beside: float
+    taken_out: bool = False
 
 
 @dataclass(frozen=True)

@@ -27,9 +27,9 @@ from .answer.next_motion import next_motion
 from .answer.parameters import bound_notes, card_of, changes_of, model_fit, per_run_values
 from .answer.sentence import answer, leading_channel
 from .answer.shape import located, with_position_law
-from .answer.tone import sizes_on, tones_left, with_tones
+from .answer.tone import sizes_on, taken_out, tones_left, with_tones, without_tones
 from .answer.verdict import Verdict, verdict_of
-from .choice.baselines import baselines, refitted_model
+from .choice.baselines import Baselines, baselines, refitted_model
 from .choice.hypotheses import can_leave_out
 from .choice.path import way_to_a_better_model
 from .choice.search import Search, candidate_places
@@ -69,12 +69,15 @@ class Investigation:
     Attributes
     ----------
     runs : PreparedRuns
+        Less the tones that the model itself leaves.
+    task : Task
+        With samples of these.
     selection : Selection
     verdict : Verdict
     evidence : tuple of FamilyShare
         Of what the refitted model leaves.
     tones : mapping of str to Tone
-        In what the best model leaves, by channel.
+        In what the model, or the best one, leaves, by channel.
     limits : mapping of str to Limit
         At which channels stand, by channel.
     not_excited : tuple of str
@@ -84,6 +87,7 @@ class Investigation:
     """
 
     runs: PreparedRuns
+    task: Task
     selection: Selection
     verdict: Verdict
     evidence: tuple[FamilyShare, ...]
@@ -188,7 +192,7 @@ def diagnose(
         raise DiagnosisInterrupted(card_of(stopped.refitted, tuple(used), preset or "", seed, False)) from None
     progress("locate")
     diagnosis = _described(found, checked, measured, tuple(used), records, preset or "", seed)
-    return _improved(diagnosis, runs, task, found.verdict.final, tuple(used), progress) if improve else diagnosis
+    return _improved(diagnosis, found, tuple(used), progress) if improve else diagnosis
 
 
 def _as_modelled(records: Sequence[Record], runs: PreparedRuns, task: Callable[[], Task]) -> Modelled:
@@ -213,17 +217,16 @@ def _where_known(runs: PreparedRuns, task: Task, progress: Progress) -> tuple[Pr
 
 
 def _improved(
-    diagnosis: Diagnosis, runs: PreparedRuns, task: Task, final: Fitted, used: tuple[RecordUsed, ...],
-    progress: Progress,
-) -> Diagnosis:  # fmt: skip
+    diagnosis: Diagnosis, found: Investigation, used: tuple[RecordUsed, ...], progress: Progress
+) -> Diagnosis:
     """With the model that predicts best; Ctrl-C on the way there keeps the diagnosis."""
     try:
-        way = way_to_a_better_model(runs, task, progress, final)
+        way = way_to_a_better_model(found.runs, found.task, progress, found.verdict.final)
     except KeyboardInterrupt:
         note = "interrupted on the way to a better model: none is given"
         return replace(diagnosis, notes=(*diagnosis.notes, note), complete=False)
-    found = improvement_of(way, runs, diagnosis.effects, used, diagnosis.preset, diagnosis.seed)
-    return replace(diagnosis, improved=found)
+    improved = improvement_of(way, found.runs, diagnosis.effects, used, diagnosis.preset, diagnosis.seed)
+    return replace(diagnosis, improved=improved)
 
 
 def task_of(runs: PreparedRuns, values: Mapping[str, float], preset: str | None, fixed: Sequence[str]) -> Task:
@@ -255,10 +258,14 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
     SearchInterrupted
         Ctrl-C after the baselines were fitted.
     """
-    holdout, references = (
-        thinned_for_search(runs.model, group, runs.channels) for group in (runs.holdout, runs.reference)
-    )
-    fitted = baselines(task, runs.effects, runs.measured, references, holdout, progress)
+    holdout, fitted = _baselines(runs, task, progress)
+    heard = tones_left(fitted.refitted.fitted, runs.measured)
+    on_reference = sizes_on(fitted.reference, runs.reference, heard) if fitted.reference else {}
+    if heard:
+        progress(f"less what hums at {' and '.join(f'{tone.frequency:.4g} Hz' for tone in heard.values())}")
+        runs = _less_tones(runs, fitted, heard)
+        task = replace(task, runs=thinned_for_search(runs.model, runs.measured, runs.channels))
+        holdout, fitted = _baselines(runs, task, progress)
     try:
         hypotheses = Search(runs.model, fitted, holdout, progress).hypotheses()
         result = select(hypotheses, fitted, holdout, progress)
@@ -271,10 +278,13 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
 
         if contradicted(result.choice, base, evidence, elsewhere) or clock_runs_slow(result.choice):
             result = without_names(result)
-        heard = tones_left(result.choice.winner.fitted, runs.measured)
+        winner = result.choice.winner.fitted
+        more = {c: tone for c, tone in tones_left(winner, runs.measured).items() if c not in heard}
+        if fitted.reference:
+            on_reference |= sizes_on(fitted.reference, runs.reference, more)
+        heard = more | {c: taken_out(tone, winner.at(runs.measured), c) for c, tone in heard.items()}
         if heard:
-            before = sizes_on(fitted.reference, runs.reference, heard) if fitted.reference else {}
-            result = with_tones(result, heard, before)
+            result = with_tones(result, heard, on_reference)
         met = limits_met(base.fitted, runs.measured)
         if met:
             result = with_limits(result, met)
@@ -286,7 +296,25 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
     answered = {*map(id_of, verdict.effects), *verdict.equivalent}
     hidden = tuple(e for e in hidden if e not in answered)
     inapplicable = {e: why for e, why in inapplicable.items() if e not in answered}
-    return Investigation(runs, result, verdict, evidence, heard, met, hidden, inapplicable)
+    return Investigation(runs, task, result, verdict, evidence, heard, met, hidden, inapplicable)
+
+
+def _baselines(runs: PreparedRuns, task: Task, progress: Progress) -> tuple[list[FitRun], Baselines]:
+    """Held-out runs as the search works on them, and the fits before it."""
+    holdout, references = (
+        thinned_for_search(runs.model, group, runs.channels) for group in (runs.holdout, runs.reference)
+    )
+    return holdout, baselines(task, runs.effects, runs.measured, references, holdout, progress)
+
+
+def _less_tones(runs: PreparedRuns, fitted: Baselines, heard: Mapping[str, Tone]) -> PreparedRuns:
+    base, reference = fitted.refitted.fitted, runs.reference
+    return replace(
+        runs,
+        measured=without_tones(base, runs.measured, heard),
+        holdout=without_tones(base.on(runs.holdout), runs.holdout, heard) if runs.holdout else (),
+        reference=without_tones(fitted.reference, reference, heard) if fitted.reference else reference,
+    )
 
 
 def _not_excited(runs: PreparedRuns, result: Selection) -> tuple[tuple[str, ...], dict[str, str]]:

@@ -53,9 +53,10 @@ def _instruments_text(found: Diagnosis) -> str:
         for channel, limit in found.limits.items()
     ]
     said += [
-        f" What is left of {channel} hums at {tone.frequency:.4g} Hz ({_in_unit_of(found, channel, tone.rms)} RMS), in "
-        "step from end to end of each run: mains or a pump, or a faster tone sampled too slowly, and no law of the "
-        "motion."
+        f" {'' if tone.taken_out else 'What is left of '}{channel} hums at {tone.frequency:.4g} Hz "
+        f"({_in_unit_of(found, channel, tone.rms)} RMS), in step from end to end of each run: mains or a pump, or a "
+        "faster tone sampled too slowly, and no law of the motion"
+        f"{'; it is taken out of what is compared' if tone.taken_out else ''}."
         for channel, tone in found.tones.items()
     ]
     return "".join(said)

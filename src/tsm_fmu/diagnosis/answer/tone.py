@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from ...regression.problem import FitRun
+from ...regression.residuals import rms
 from ..choice.selection import Selection
 from ..criteria import REFERENCE_RATIO
 from ..evidence import Tone
 from ..fits.refit import Fitted
 from ..fits.response import places_of
-from ..residual.tones import size_of_tone, tones
+from ..residual.tones import RunTone, tones, tones_of_runs
 
 
 def tones_left(fitted: Fitted, runs: Sequence[FitRun]) -> dict[str, Tone]:
@@ -33,9 +34,41 @@ def sizes_on(reference: Fitted, runs: Sequence[FitRun], heard: Mapping[str, Tone
         All samples of these.
     heard : mapping of str to Tone
     """
-    whole = reference.at(runs)
+    of_runs = _of_runs(reference, runs, heard)
+    return {c: float(rms([one.at(run.time) for one, run in zip(of_runs[c], runs, strict=True)])) for c in heard}
+
+
+def without_tones(fitted: Fitted, runs: Sequence[FitRun], heard: Mapping[str, Tone]) -> tuple[FitRun, ...]:
+    """The runs less their tones of these frequencies, which would hide what a law of the motion does.
+
+    Parameters
+    ----------
+    fitted : Fitted
+        A model on these runs.
+    runs : sequence of FitRun
+        All their samples.
+    heard : mapping of str to Tone
+        By channel.
+    """
+    channels, of_runs = fitted.problem.channels, _of_runs(fitted, runs, heard)
+
+    def quiet(k: int, run: FitRun) -> FitRun:
+        tones = [of_runs[c][k].at(run.time) if c in heard else np.zeros(run.time.size) for c in channels]
+        return replace(run, targets=np.ascontiguousarray(run.targets - np.column_stack(tones)))
+
+    return tuple(quiet(k, run) for k, run in enumerate(runs))
+
+
+def taken_out(tone: Tone, left: Fitted, channel: str) -> Tone:
+    """The tone, marked as taken out of the runs of a fit, beside what that leaves of these."""
+    of_channel = np.concatenate([r[:, left.problem.channels.index(channel)] for r in left.compared_residuals])
+    return replace(tone, beside=float(np.sqrt(np.nanmean(of_channel**2))), taken_out=True)
+
+
+def _of_runs(fitted: Fitted, runs: Sequence[FitRun], heard: Mapping[str, Tone]) -> dict[str, list[RunTone]]:
+    whole = fitted.at(runs)
     left, places, channels = whole.compared_residuals, places_of(whole), whole.problem.channels
-    return {c: size_of_tone(left, places, channels.index(c), tone.frequency) for c, tone in heard.items()}
+    return {c: tones_of_runs(left, places, channels.index(c), tone.frequency) for c, tone in heard.items()}
 
 
 def with_tones(one: Selection, heard: Mapping[str, Tone], on_reference: Mapping[str, float]) -> Selection:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 from scipy.optimize import minimize_scalar
 
 from ...kernels.arrays import FloatArray
 from ...regression.residuals import rms
-from ..criteria import EFFECT_SPREAD_SHARE, TONE_MOTION_RATIO, TONE_SHARE, TONE_STEADY_SHARE
+from ..criteria import EFFECT_SPREAD_SHARE, TONE_MOTION_RATIO, TONE_SHARE, TONE_STEADY_SHARE, TONE_WANDER_SHARE
 from ..evidence import Tone
 from ..runs.motion_signals import Coordinates
 
@@ -23,11 +25,11 @@ PADDING = 4
 def tones(
     channels: Sequence[str], residuals: Sequence[FloatArray], places: Sequence[Coordinates], spread: FloatArray
 ) -> dict[str, Tone]:
-    """Tones in what a model leaves, by channel: of one frequency in all runs, as loud and in step from end to end.
+    """Tones in what a model leaves, by channel: of one frequency, as loud and in step from end to end of each run.
 
     Looked for far above the motion, whose own harmonics lie below; told where they are a notable part of what is left
-    and of the channel. At a steady speed a tone is not told from a law of the position, without a motion not from one
-    of the inputs: there is none then.
+    and of the channel. Mains wander from run to run: so may the frequency, a little. At a steady speed a tone is not
+    told from a law of the position, without a motion not from one of the inputs: there is none then.
 
     Parameters
     ----------
@@ -52,28 +54,53 @@ def tones(
         frequency = _loudest(times, left, lowest)
         if frequency is None:
             continue
-        heard = [_nearest(time, y, frequency) for time, y in zip(times, left, strict=True)]
+        of_runs = [_nearest(time, y, frequency) for time, y in zip(times, left, strict=True)]
+        heard = [tone.at(time) for tone, time in zip(of_runs, times, strict=True)]
         size, beside = (float(rms(of)) for of in (heard, [y - tone for y, tone in zip(left, heard, strict=True)]))
         least = min(_least_share(y, tone) for y, tone in zip(left, heard, strict=True))
         if least > TONE_SHARE and size > EFFECT_SPREAD_SHARE * spread[c]:
-            found[channel] = Tone(frequency, size, beside)
+            found[channel] = Tone(float(np.mean([tone.frequency for tone in of_runs])), size, beside)
     return found
 
 
-def size_of_tone(residuals: Sequence[FloatArray], places: Sequence[Coordinates], c: int, frequency: float) -> float:
-    """RMS of the tone of a frequency in a channel of residuals, however little of them it makes.
+@dataclass(frozen=True)
+class RunTone:
+    """The tone of one run.
+
+    Attributes
+    ----------
+    frequency : float
+        [Hz]
+    cos, sin : float
+        Its parts, in the channel's unit.
+    """
+
+    frequency: float
+    cos: float
+    sin: float
+
+    def at(self, time: FloatArray) -> FloatArray:
+        """Its values at times [s], shape (n,)."""
+        phase = 2.0 * np.pi * self.frequency * time
+        return self.cos * np.cos(phase) + self.sin * np.sin(phase)
+
+
+def tones_of_runs(
+    residuals: Sequence[FloatArray], places: Sequence[Coordinates], c: int, frequency: float
+) -> list[RunTone]:
+    """The tone of about a frequency in a channel of each run, however weak; none in a short one.
 
     Parameters
     ----------
     residuals : sequence of ndarray, shape (n, channels)
+        One array a run, as in `tones`.
     places : sequence of Coordinates
     c : int
         Column of the channel.
     frequency : float
         [Hz]
     """
-    times, left = _compared(residuals, places, c)
-    return float(rms([_nearest(time, y, frequency) for time, y in zip(times, left, strict=True)]))
+    return [_nearest(time, y, frequency) for time, y in zip(*_compared(residuals, places, c), strict=True)]
 
 
 def _compared(
@@ -86,33 +113,47 @@ def _compared(
 
 
 def _loudest(times: Sequence[FloatArray], left: Sequence[FloatArray], lowest: float) -> float | None:
-    """Frequency [Hz] above the lowest of which all runs have most; None where their samples know none."""
-    longest = max(float(np.ptp(time)) for time in times)
-    steps = [float(np.median(np.diff(time))) for time in times]
-    grid = np.arange(lowest, 0.5 / max(steps), 1.0 / (PADDING * longest))
-    if grid.size < 2:
+    """Frequency [Hz] above the lowest about which all runs have most; None where their samples know none."""
+    line = 1.0 / (PADDING * max(float(np.ptp(time)) for time in times))
+    highest = 0.5 / max(float(np.median(np.diff(time))) for time in times)
+    if lowest + line >= highest:
         return None
+    grid = np.geomspace(lowest, highest, int(np.log(highest / lowest) * highest / line) + 2)
+    wander = 2 * int(TONE_WANDER_SHARE * grid.size / np.log(highest / lowest)) + 1
     power = np.zeros(grid.size)
-    for time, y, step in zip(times, left, steps, strict=True):
-        even = np.interp(np.arange(time[0], time[-1], step), time, y)  # over gaps and stamps that jitter
-        spectrum = np.abs(np.fft.rfft(even * np.hanning(even.size), PADDING * even.size)) ** 2 / even.size
-        power += np.interp(grid, np.fft.rfftfreq(PADDING * even.size, step), spectrum)
-    near = float(grid[int(np.argmax(power))])
-
-    def missed(frequency: float) -> float:
-        return sum(float(np.sum((y - _nearest(time, y, frequency)) ** 2)) for time, y in zip(times, left, strict=True))
-
-    around = (near - 0.5 / longest, near + 0.5 / longest)
-    found: Any = minimize_scalar(missed, bounds=around, method="bounded")
-    return float(found.x)
+    for time, y in zip(times, left, strict=True):
+        power += maximum_filter1d(np.interp(grid, *_spectrum(time, y)), wander)
+    return float(grid[int(np.argmax(power))])
 
 
-def _nearest(time: FloatArray, y: FloatArray, frequency: float) -> FloatArray:
-    """The tone of a frequency that is nearest to a signal."""
+def _spectrum(time: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Frequencies [Hz], and the power of a signal there."""
+    step = float(np.median(np.diff(time)))
+    even = np.interp(np.arange(time[0], time[-1], step), time, y)  # over gaps and stamps that jitter
+    power = np.abs(np.fft.rfft(even * np.hanning(even.size), PADDING * even.size)) ** 2 / even.size
+    return np.arange(power.size) / (PADDING * even.size * step), power
+
+
+def _nearest(time: FloatArray, y: FloatArray, frequency: float) -> RunTone:
+    """The tone of about a frequency that is nearest to a signal."""
+    if time.size < FEWEST:
+        return RunTone(frequency, 0.0, 0.0)
+    line = 1.0 / float(np.ptp(time))
+    lines, power = _spectrum(time, y)
+    around = np.abs(lines - frequency) <= TONE_WANDER_SHARE * frequency + 0.5 * line
+    near = float(lines[around][int(np.argmax(power[around]))]) if around.any() else frequency
+
+    def missed(one: float) -> float:
+        return float(np.sum((y - _at_frequency(time, y, one).at(time)) ** 2))
+
+    found: Any = minimize_scalar(missed, bounds=(near - 0.5 * line, near + 0.5 * line), method="bounded")
+    return _at_frequency(time, y, float(found.x))
+
+
+def _at_frequency(time: FloatArray, y: FloatArray, frequency: float) -> RunTone:
     phase = 2.0 * np.pi * frequency * time
-    cos, sin = np.cos(phase), np.sin(phase)
-    (a, b), *_ = np.linalg.lstsq(np.column_stack([cos, sin]), y)
-    return a * cos + b * sin
+    (cos, sin), *_ = np.linalg.lstsq(np.column_stack([np.cos(phase), np.sin(phase)]), y)
+    return RunTone(frequency, float(cos), float(sin))
 
 
 def _least_share(y: FloatArray, tone: FloatArray) -> float:
