@@ -290,7 +290,9 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
             result = with_limits(result, met)
         hidden, inapplicable = _not_excited(runs, result)
         tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]
-        verdict = verdict_of(result.baselines, result.choice, result.floors, tested, hidden, holdout, progress)
+        verdict = verdict_of(
+            result.baselines, result.choice, result.floors, tested, hidden, inapplicable, holdout, progress
+        )
     except KeyboardInterrupt:
         raise SearchInterrupted(fitted.refitted.fitted) from None
     answered = {*map(id_of, verdict.effects), *verdict.equivalent}

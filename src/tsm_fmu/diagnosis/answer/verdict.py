@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,7 +46,7 @@ class Verdict:
 
 def verdict_of(
     baselines: Baselines, choice: Choice, floors: Floors, tested: Sequence[str], hidden: Sequence[str],
-    holdout: Sequence[FitRun], progress: Callable[[str], None],
+    inapplicable: Collection[str], holdout: Sequence[FitRun], progress: Callable[[str], None],
 ) -> Verdict:  # fmt: skip
     """The verdict.
 
@@ -59,6 +59,8 @@ def verdict_of(
         Ids of the effects that were refitted.
     hidden : sequence of str
         Ids of those that these runs could not show.
+    inapplicable : collection of str
+        Ids of those that cannot be asked about.
     holdout : sequence of FitRun
     progress : callable
         Given what is being done.
@@ -78,7 +80,8 @@ def verdict_of(
     common += [id_of(one.spec) for one in levels]
     for effect in [e for e in common if about(e).after_reversal]:
         common.remove(effect)
-        alternatives = tuple(dict.fromkeys((*alternatives, effect, *_other_laws_of_reversals(effect))))
+        others = [e for e in _other_laws_of_reversals(effect) if e not in inapplicable]
+        alternatives = tuple(dict.fromkeys((*alternatives, effect, *others)))
     named = tuple(s for s in (*winner.effects, *(one.spec for one in levels)) if id_of(s) in common)
     notes = (*sign_notes(final), *_unexplained_notes(floors, final.problem.channels))
     return Verdict("named" if named else "ambiguous", final, named, alternatives, notes)

@@ -1,0 +1,41 @@
+"""What a verdict makes of supported hypotheses, made up here."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tsm_fmu.diagnosis.answer import verdict
+from tsm_fmu.effects import EFFECTS, about
+
+AFTER_REVERSALS = [m.NAME for m in EFFECTS if m.ABOUT.after_reversal and m.ABOUT.looks_like]
+
+
+@pytest.fixture
+def said(monkeypatch: pytest.MonkeyPatch):
+    final = SimpleNamespace(problem=SimpleNamespace(channels=("F",)))
+    monkeypatch.setattr(verdict, "_final_fit", lambda *_: final)
+    monkeypatch.setattr(verdict, "sign_notes", lambda _: ())
+    floors = SimpleNamespace(without_answer=False, open_=np.zeros(1, bool), unexplained=np.zeros(1, bool))
+
+    def of(effects: tuple[str, ...], inapplicable: tuple[str, ...]) -> verdict.Verdict:
+        winner = SimpleNamespace(effects=effects)
+        choice = SimpleNamespace(winner=winner, supported=[winner])
+        tested = [*effects, "viscous_power"]
+        return verdict.verdict_of(
+            SimpleNamespace(levels=()), choice, floors, tested, (), inapplicable, (), lambda _: None
+        )
+
+    return of
+
+
+@pytest.mark.parametrize("effect", AFTER_REVERSALS)
+def test_a_set_of_laws_after_reversals_holds_none_that_cannot_be_asked_about(said, effect: str) -> None:
+    whole = said((effect,), ()).equivalent
+    assert whole[0] == effect
+    assert set(whole[1:]) <= set(about(effect).looks_like)
+    for other in whole[1:]:
+        assert said((effect,), (other,)).equivalent == tuple(e for e in whole if e != other)
+    assert said((effect,), (effect,)).equivalent == whole, "what was refitted was asked about"
