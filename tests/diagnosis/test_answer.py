@@ -15,6 +15,7 @@ from tsm_fmu.diagnosis.evidence import (
     Gap,
     Gate,
     ModelFit,
+    ParameterChange,
     Place,
     ResidualShape,
 )
@@ -119,6 +120,13 @@ def test_what_the_model_holds_beside_the_named_effects_is_said() -> None:
         "tau_in: nuisance parameters, too small to be named."
     )
     assert "also holds" not in answer(replace(diagnosis, final=replace(after, effects=("coulomb", "inertia"))))
+    moved = (ParameterChange("sigma0", "N.m/rad", 1.0, 15.0, 0.3),)
+    parameters = answer(replace(diagnosis, verdict="parameters", effects=(), final=after, changes=moved))
+    assert parameters.startswith(
+        "No effect named: other parameter values with another curve of friction after reversals, inertia and an offset "
+        "or drift in tau_in (nuisance parameters, too small to be named) close the gap (sigma0 "
+    )
+    assert "also holds" not in parameters
 
 
 def test_ambiguous_names_all_and_says_what_to_do() -> None:

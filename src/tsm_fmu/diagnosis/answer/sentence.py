@@ -32,7 +32,9 @@ def answer(found: Diagnosis) -> str:
     if found.verdict == "parameters":
         changes = ", ".join(changes_text(found.changes))
         how = f" ({changes})" if changes else ""
-        text = f"No effect named: other parameter values close the gap{how}. {as_sentence(numbers)}"
+        beside = [words(e) for e in found.also_in_model]
+        more = f" with {listed(beside)} (nuisance parameters, too small to be named)" if beside else ""
+        text = f"No effect named: other parameter values{more} close the gap{how}. {as_sentence(numbers)}"
         text += _family_text(found, channel, f"{TOO_LITTLE},")
     elif found.verdict == "none":
         text = f"No effect named. {as_sentence(_remains(found, channel))} {as_sentence(numbers)}"
@@ -145,17 +147,22 @@ def _remains(found: Diagnosis, channel: str) -> str:
 
 
 def _nuisances_text(found: Diagnosis) -> str:
-    """What the answer's model holds beside the named effects."""
+    """What the answer's model holds beside the named effects; beside other parameter values it has been said."""
     names = [words(e) for e in found.also_in_model]
-    if not names:
+    if not names or found.verdict == "parameters":
         return ""
-    return f" The model of the answer also holds {' and '.join(names)}: nuisance parameters, too small to be named."
+    return f" The model of the answer also holds {listed(names)}: nuisance parameters, too small to be named."
 
 
 def either(names: Sequence[str]) -> str:
     """Alternatives as people list them."""
+    return listed(names, "or")
+
+
+def listed(names: Sequence[str], conjunction: str = "and") -> str:
+    """Names as people list them."""
     *first, last = names
-    return f"{', '.join(first)} or {last}" if first else last
+    return f"{', '.join(first)} {conjunction} {last}" if first else last
 
 
 def leading_channel(found: Diagnosis) -> str | None:
