@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from tsm_fmu.diagnosis import workflow
 from tsm_fmu.diagnosis.answer.improvement import improvement_of
 from tsm_fmu.diagnosis.choice import path
 from tsm_fmu.diagnosis.choice.path import Stop, way_to_a_better_model
+from tsm_fmu.diagnosis.criteria import PARAMETER_GAIN, SURE_GAIN_RATIO
 from tsm_fmu.diagnosis.fits.refit import as_given, refit
 from tsm_fmu.diagnosis.improved import ImprovedModel
 from tsm_fmu.diagnosis.result import Diagnosis
@@ -135,9 +138,8 @@ def test_interruption_on_the_way_keeps_the_diagnosis(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(workflow, "way_to_a_better_model", interrupted)
     runs = prepared(MODEL, [rig_run("a", 1, -1.2, 0.0), rig_run("b", 2, -1.2, 0.0)], [], [], None)
     task = task_of(runs, {}, None, ())
-    found = workflow._improved(
-        Diagnosis("unknown", answer="as before"), runs, task, as_given(task, ()), (), lambda _: None
-    )
+    met: Any = SimpleNamespace(runs=runs, task=task, verdict=SimpleNamespace(final=as_given(task, ())))
+    found = workflow._improved(Diagnosis("unknown", answer="as before"), met, (), lambda _: None)
     assert found.answer == "as before"
     assert found.improved is None
     assert not found.complete
@@ -157,6 +159,11 @@ def test_gain_of_a_step_counts_runs_that_were_left_out(monkeypatch: pytest.Monke
     assert not many.is_worth_more_than(before), "many parameters must gain more"
     one_run = stop_that_left("x", [(1.3, 4.0), (2.3, 4.0), (1.3, 4.0)])
     assert not one_run.is_worth_more_than(before), "a gain of one run alone is chance"
+    gain, error = one_run.gain_over(before)
+    assert gain > error > 0.0
+    assert one_run.worth_over(before) == pytest.approx(gain - SURE_GAIN_RATIO * error - PARAMETER_GAIN)
+    best = max((many, one_run, after), key=lambda s: s.worth_over(before))
+    assert best is after
 
 
 def stop_that_left(added: str, squares: list[tuple[float, float]]) -> Stop:

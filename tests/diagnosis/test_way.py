@@ -15,6 +15,7 @@ from tsm_fmu.diagnosis.answer.candidates import _nuisance_score, _range
 from tsm_fmu.diagnosis.choice import baselines, path
 from tsm_fmu.diagnosis.choice import stop as place
 from tsm_fmu.diagnosis.choice.stop import Samples, Stop, judged, log_left
+from tsm_fmu.diagnosis.criteria import PARAMETER_GAIN
 from tsm_fmu.diagnosis.evidence import Dependence, ResidualShape
 from tsm_fmu.models.contract import InputError
 
@@ -31,6 +32,11 @@ class Task:
 
     def limited(self, limits: dict[str, Any]) -> Task:
         return replace(self, limits=limits)
+
+
+@dataclass(frozen=True)
+class TaskOfWay(Task):
+    plausible: bool = True
 
 
 @dataclass(frozen=True)
@@ -185,7 +191,7 @@ def test_what_was_second_best_takes_the_place_of_what_was_best_where_it_is_worth
         assert (found.added, found.fitted.effects) == ("thermal and without wear", ("inertia", "thermal"))
 
 
-@pytest.mark.parametrize(("alone", "taken"), [(0.505, True), (0.52, False)])
+@pytest.mark.parametrize(("alone", "taken"), [(0.505, True), (0.515, False)])
 def test_a_choice_in_place_of_an_effect_is_taken_where_it_is_worth_as_much_with_fewer_parameters(
     alone: float, taken: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -205,6 +211,59 @@ def test_a_choice_in_place_of_an_effect_is_taken_where_it_is_worth_as_much_with_
     assert path._exchanged([*way[:-1], replace(way[-1], fitted=chosen)], same) is None, "it has been chosen since"
 
 
+def steps_of(gains: dict[str, tuple[str, float, str, float]]) -> Any:
+    """`path._next` from a table: after which stop comes which, leaving what, and which is second best, leaving what."""
+
+    def following(_: Any, way: Any, __: Any) -> Any:
+        at = way[-1]
+        if at.added not in gains:
+            return None
+        best, left, second, more = gains[at.added]
+        effects = at.fitted.effects
+        rival = stop(second, (*effects, second), more) if second else None
+        return replace(stop(best, (*effects, best), left), next_best=rival)
+
+    return following
+
+
+@pytest.mark.parametrize(
+    ("gains", "expected"),
+    [
+        ({"": ("wear", 0.5, "creep", 0.6), "creep": ("inertia", 0.3, "", 0.0)}, ["", "creep", "inertia"]),
+        ({"": ("wear", 0.5, "creep", 0.6), "creep": ("inertia", 0.55, "", 0.0)}, ["", "wear"]),
+        (
+            {"": ("wear", 0.7, "creep", 0.8), "wear": ("inertia", 0.5, "", 0.0), "creep": ("thermal", 0.3, "", 0.0)},
+            ["", "creep", "thermal"],
+        ),
+        ({"": ("wear", 0.5, "creep", 1.0), "creep": ("inertia", 0.3, "", 0.0)}, ["", "wear"]),
+        (  # it wins, and its own last step but one has the first way's turn as second best: that has been gone
+            {"": ("wear", 0.5, "creep", 0.6), "creep": ("inertia", 0.3, "", 0.0), "wear": ("inertia", 0.49, "", 0.0)},
+            ["", "creep", "inertia"],
+        ),
+        ({}, [""]),
+    ],
+    ids=["leads on", "ends before", "at the step before the last", "no gain by itself", "gone before", "no step"],
+)
+def test_where_no_step_is_worth_more_the_second_best_of_the_last_ones_has_its_turn(
+    gains: Any, expected: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked, following = [], steps_of(gains)
+
+    def asking(model: Any, way: Any, samples: Any) -> Any:
+        asked.append(tuple(s.added for s in way))
+        return following(model, way, samples)
+
+    monkeypatch.setattr(path, "_next", asking)
+    monkeypatch.setattr(path, "_exchanged", lambda *_: None)
+    monkeypatch.setattr(path, "_first", lambda *_: stop("", (), 1.0))
+    monkeypatch.setattr(path, "_without_idle", lambda way, *_: way)
+    monkeypatch.setattr(path.Samples, "of", lambda *_: None)
+    runs: Any = SimpleNamespace(model=None, measured=(), effects=())
+    found = path.way_to_a_better_model(runs, TaskOfWay())  # pyright: ignore[reportArgumentType]
+    assert [s.added for s in found] == expected
+    assert len(asked) == len(set(asked)), "no way is gone twice"
+
+
 def test_values_that_a_model_may_not_have_together_are_no_exchange(monkeypatch: pytest.MonkeyPatch) -> None:
     def refused(*_: Any, **__: Any) -> Any:
         raise InputError("beta = -0.9 with c = 0.8")
@@ -215,13 +274,20 @@ def test_values_that_a_model_may_not_have_together_are_no_exchange(monkeypatch: 
 
 
 def test_a_step_must_be_worth_its_parameters_and_more_than_its_error() -> None:
-    before = stop("", (), 1.0)
-    assert stop("wear", ("wear",), np.exp(-0.0301)).is_worth_more_than(before)
-    assert not stop("wear", ("wear",), np.exp(-0.0299)).is_worth_more_than(before)
-    two = stop("wear", ("wear", "inertia"), np.exp(-0.0599))
-    assert not two.is_worth_more_than(before)
-    assert replace(two, left_out=tuple(np.array([np.exp(-0.0601)]) for _ in range(4))).is_worth_more_than(before)
-    assert not stop("", (), np.exp(-0.02)).is_worth_more_than(before)  # as many parameters: still one step's worth
+    before, one = stop("", (), 1.0), PARAMETER_GAIN
+    assert stop("wear", ("wear",), np.exp(-1.01 * one)).is_worth_more_than(before)
+    assert not stop("wear", ("wear",), np.exp(-0.99 * one)).is_worth_more_than(before)
+    assert not stop("wear", ("wear", "inertia"), np.exp(-1.99 * one)).is_worth_more_than(before)
+    assert stop("wear", ("wear", "inertia"), np.exp(-2.01 * one)).is_worth_more_than(before)
+    assert not stop("", (), np.exp(-0.9 * one)).is_worth_more_than(before)  # as many parameters: still one step's worth
+
+
+@pytest.mark.parametrize(("left", "as_good"), [(0.9, True), (np.exp(0.99 * PARAMETER_GAIN), True),
+                                               (np.exp(1.01 * PARAMETER_GAIN), False), (np.nan, False)])  # fmt: skip
+def test_what_is_simpler_may_leave_more_by_what_its_parameters_must_gain(left: float, as_good: bool) -> None:
+    more = stop("wear", ("wear",), 1.0)
+    assert stop("", (), left).is_simpler_and_as_good_as(more) is as_good
+    assert not stop("creep", ("creep",), left).is_simpler_and_as_good_as(more), "no simpler"
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])

@@ -270,15 +270,18 @@ LOST_SHARE = 1.0
 """Part of a channel's spread beyond which a refit from default values has lost its way: a constant of each run would do
 better."""
 
-PARAMETER_GAIN = 0.03
+PARAMETER_GAIN = 0.02
 """Log of the mean squares, over the channels, on runs left out that each parameter of a step must gain: less is hardly
 seen, and laws of many parameters fit anything."""
 
-SURE_GAIN_RATIO = 1.0
-"""The gain must be this many of its standard errors over the runs, or it may be that of one run."""
+SURE_GAIN_RATIO = 1.5
+"""So many standard errors over the runs are no gain for sure: of several candidates the best is partly lucky."""
 
 MOST_STEPS = 8
 """Steps on the way: more is no help to a reader."""
+
+OTHER_TURNS = 2
+"""Last steps of the way at which the second best is taken too: each is a way of its own to go."""
 
 WAY_SAMPLES_RATIO = 4
 """The way judges on so many times the samples of the search: what a model that holds its load fits between few of them
@@ -287,7 +290,7 @@ does not hold on the others."""
 BEGUN_CANDIDATES = 8
 """Candidates of a step, of those that one linear step ranks best, that a few steps of a refit probe."""
 
-JUDGED_CANDIDATES = 3
+JUDGED_CANDIDATES = 4
 """Of these, so many are refitted and judged on runs left out: refits take seconds."""
 
 ZERO_SHARE = 0.05

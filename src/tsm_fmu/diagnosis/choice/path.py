@@ -15,7 +15,7 @@ import numpy as np
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError
 from ...regression.threads import together
-from ..criteria import BEGUN_CANDIDATES, JUDGED_CANDIDATES, MOST_STEPS, PARAMETER_GAIN
+from ..criteria import BEGUN_CANDIDATES, JUDGED_CANDIDATES, MOST_STEPS, OTHER_TURNS, PARAMETER_GAIN
 from ..fits.nuisance import FIRST_STEPS, begun_with
 from ..fits.refit import Fitted, Task, refit
 from ..fits.screening import Screened, screen
@@ -56,16 +56,53 @@ def way_to_a_better_model(
         named = _of_answer(way[0], answer, samples)
         if named.is_worth_more_than(way[0]):
             way.append(named)
+    way = _to_its_end(runs.model, way, samples, progress)
+    gone = [_names(way)]
+    for back in range(1, OTHER_TURNS + 1):
+        begun = _other_turn(way, back)
+        if not begun or any(names[: len(begun)] == _names(begun) for names in gone):
+            continue
+        progress(f"way to a better model: {begun[-1].added} in place of {way[-back].added}")
+        other = _to_its_end(runs.model, begun, samples, progress)
+        gone.append(_names(other))
+        if other[-1].is_worth_more_than(way[-1]):
+            way = other
+    return _without_idle(way, samples, progress)
+
+
+def _names(way: Sequence[Stop]) -> list[str]:
+    return [stop.added for stop in way]
+
+
+def _to_its_end(
+    model: Kernel, begun: Sequence[Stop], samples: Samples, progress: Callable[[str], None]
+) -> list[Stop]:  # fmt: skip
+    """The way from where it stands until no step is worth more."""
+    way = list(begun)
     while len(way) <= MOST_STEPS:
         progress(f"way to a better model: step {len(way)}")
-        best = _next(runs.model, way, samples)
+        best = _next(model, way, samples)
         if best is None or not best.is_worth_more_than(way[-1]):
             progress("way to a better model: what nearly came, in place of what did")
             best = _exchanged(way, samples)
         if best is None:
             break
         way.append(best)
-    return _without_idle(way, samples, progress)
+    return way
+
+
+def _other_turn(way: Sequence[Stop], back: int) -> list[Stop]:
+    """The way until so many steps before its end, with what was second best there; empty where that gained nothing.
+
+    What gains most at a step may fit what a later one would have: no further step is worth more then.
+    """
+    if len(way) <= back:
+        return []
+    taken, before = way[-back], way[-back - 1]
+    rival = taken.next_best
+    if rival is None or not rival.is_worth_more_than(before):
+        return []
+    return [*way[:-back], replace(rival, next_best=replace(taken, next_best=None))]
 
 
 def _without_idle(way: Sequence[Stop], samples: Samples, progress: Callable[[str], None]) -> list[Stop]:
@@ -79,7 +116,7 @@ def _without_idle(way: Sequence[Stop], samples: Samples, progress: Callable[[str
         searched = samples.searched(last.fitted)
         less = refit(searched.task, effects, searched.values, per_run_values=searched.per_run)
         stop = judged(f"without {spec}", samples.refined(less), samples)
-        if not last.is_worth_more_than(stop):
+        if stop.is_simpler_and_as_good_as(last):
             stops.append(stop)
     if len(way) > 1:
         refitted = samples.refined(_reweighted(samples.searched(stops[-1].fitted), LAST_STEPS))
@@ -147,14 +184,17 @@ def _next(model: Kernel, way: Sequence[Stop], samples: Samples) -> Stop | None:
         other = refit(fitted.task, fitted.effects, {**fitted.values, name: value}, steps=FIRST_STEPS)
         tried.append((f"{name} = {value:g}", other))
 
-    def refitted(one: tuple[str, Fitted]) -> Stop:
-        return judged(one[0], samples.refined(_reweighted(one[1], FURTHER_STEPS)), samples)
+    def refitted(one: tuple[str, Fitted]) -> Stop | None:
+        found = samples.refined(_reweighted(one[1], FURTHER_STEPS))
+        gain = 2.0 * (log_left(at.fitted) - log_left(found))
+        added = len(found.problem.shared) - at.parameters
+        # of runs left out it gains no more than of the very runs that it is fitted to
+        return judged(one[0], found, samples) if gain > PARAMETER_GAIN * max(added, 1) else None
 
-    stops = together(refitted, tried)
-    # one that leaves more of the very runs that it was fitted to was not fitted, as it holds the model before it; and
     # what leaves less of the search's samples alone fits what lies between them
-    stops = [s for s in stops if s.runs and log_left(s.fitted) < log_left(at.fitted) and s.log_whole < at.log_whole]
-    stops.sort(key=lambda s: PARAMETER_GAIN * s.parameters - s.gain_over(at)[0])
+    judged_ones = [s for s in together(refitted, tried) if s is not None]
+    stops = [s for s in judged_ones if s.runs and s.log_whole < at.log_whole]
+    stops.sort(key=lambda s: -s.worth_over(at))
     return replace(stops[0], next_best=stops[1] if len(stops) > 1 else None) if stops else None
 
 
@@ -187,11 +227,10 @@ def _exchanged(way: Sequence[Stop], samples: Samples) -> Stop | None:
         return judged(f"{rival.added} and without {stop.added}", fitted, samples)
 
     def is_taken(one: Stop) -> bool:
-        simpler = one.runs and one.parameters < last.parameters and not last.is_worth_more_than(one)
-        return simpler or one.is_worth_more_than(last)
+        return one.is_worth_more_than(last) or one.is_simpler_and_as_good_as(last)
 
     found = [one for one in together(exchanged, way[1:-1]) if one is not None and is_taken(one)]
-    return max(found, key=lambda s: s.gain_over(last)[0] - PARAMETER_GAIN * s.parameters, default=None)
+    return max(found, key=lambda s: s.worth_over(last), default=None)
 
 
 def _choices(way: Sequence[Stop]) -> list[tuple[str, int]]:

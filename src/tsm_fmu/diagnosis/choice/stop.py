@@ -125,15 +125,23 @@ class Stop:
         return len(self.fitted.problem.shared)
 
     def is_worth_more_than(self, before: Stop) -> bool:
-        """Whether it leaves less on runs left out, by enough for its parameters and beyond chance.
+        """Whether it leaves less on runs left out, by enough for its parameters and beyond chance."""
+        return self.worth_over(before) > 0.0
+
+    def worth_over(self, before: Stop) -> float:
+        """What it gains for sure over another on runs left out, less what its parameters must.
 
         A model that stops on a run is worth less than any that runs.
         """
         if not (self.runs and before.runs):
-            return self.runs
+            return np.inf if self.runs else -np.inf
         gain, error = self.gain_over(before)
-        added = max(self.parameters - before.parameters, 1)
-        return gain > PARAMETER_GAIN * added and gain > SURE_GAIN_RATIO * error
+        return gain - SURE_GAIN_RATIO * error - PARAMETER_GAIN * max(self.parameters - before.parameters, 1)
+
+    def is_simpler_and_as_good_as(self, other: Stop) -> bool:
+        """Whether it has fewer parameters and leaves no more on runs left out than these must gain."""
+        spared = other.parameters - self.parameters
+        return self.runs and spared > 0 and self.gain_over(other)[0] > -PARAMETER_GAIN * spared
 
     def gain_over(self, before: Stop) -> tuple[float, float]:
         """How much the log of the mean squares on runs left out is lower, and its standard error over the runs."""
