@@ -116,7 +116,7 @@ def _without_idle(way: Sequence[Stop], samples: Samples, progress: Callable[[str
         searched = samples.searched(last.fitted)
         less = refit(searched.task, effects, searched.values, per_run_values=searched.per_run)
         stop = judged(f"without {spec}", samples.refined(less), samples)
-        if stop.is_simpler_and_as_good_as(last):
+        if stop.is_simpler_and_as_good_as(last, PARAMETER_GAIN):
             stops.append(stop)
     if len(way) > 1:
         refitted = samples.refined(_reweighted(samples.searched(stops[-1].fitted), LAST_STEPS))

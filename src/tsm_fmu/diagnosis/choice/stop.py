@@ -138,10 +138,10 @@ class Stop:
         gain, error = self.gain_over(before)
         return gain - SURE_GAIN_RATIO * error - PARAMETER_GAIN * max(self.parameters - before.parameters, 1)
 
-    def is_simpler_and_as_good_as(self, other: Stop) -> bool:
-        """Whether it has fewer parameters and leaves no more on runs left out than these must gain."""
+    def is_simpler_and_as_good_as(self, other: Stop, worth_of_each: float = 0.0) -> bool:
+        """Whether it has fewer parameters and leaves no more on runs left out, but for so much for each of these."""
         spared = other.parameters - self.parameters
-        return self.runs and spared > 0 and self.gain_over(other)[0] > -PARAMETER_GAIN * spared
+        return self.runs and spared > 0 and self.gain_over(other)[0] > -worth_of_each * spared
 
     def gain_over(self, before: Stop) -> tuple[float, float]:
         """How much the log of the mean squares on runs left out is lower, and its standard error over the runs."""
