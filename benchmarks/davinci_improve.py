@@ -1,8 +1,9 @@
 """From the plain estimator to a good one, effect after effect, as `diagnose --improve` finds them, on da Vinci logs.
 
-    python -m benchmarks.davinci_improve [--every N] [SPLIT ...]
+    python -m benchmarks.davinci_improve [--every N [--first K]] [SPLIT ...]
 
-SPLIT is a part of a split's name, as "third"; without one, all six. ``--every N`` fits every N-th of the fitted runs.
+SPLIT is a part of a split's name, as "third"; without one, all six. ``--every N`` fits every N-th of the fitted runs,
+from the first or from run ``--first K``, counted from 0.
 Beside each stands the chain of `davinci_estimator`, written by hand, fitted to the same runs.
 """
 
@@ -27,14 +28,14 @@ from .davinci_data import SETTLED, Logs, Split, data_folder, read_logs, splits
 SHOWN = {"x_out": 180.0 / np.pi, "tau_out": 1e3}
 
 
-def table(split: Split, every: int) -> Iterator[str]:
+def table(split: Split, every: int, first: int) -> Iterator[str]:
     """The way of one split, in degrees and mN.m, and what is said at its end."""
     model = kernel("DistalEstimator")
 
     def settled(logs: Logs) -> list:
         return [log.record.window(SETTLED) for log in logs.values()]
 
-    fitted = dict(list(split.fitted.items())[::every])
+    fitted = dict(list(split.fitted.items())[first::every])
     begin = time.process_time()
     runs = prepared(model, settled(fitted), [], settled(split.held_out), None)
     way = way_to_a_better_model(runs, task_of(runs, {}, None, ()))
@@ -62,14 +63,17 @@ def main(words: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.davinci_improve", description=__doc__)
     parser.add_argument("split", nargs="*", help="part of a split's name")
     parser.add_argument("--every", type=int, default=1, help="fit every N-th of the fitted runs")
+    parser.add_argument("--first", type=int, default=0, help="begin with run K of these, less than N")
     wanted = parser.parse_args(words)
+    if not 0 <= wanted.first < wanted.every:
+        parser.error(f"--first {wanted.first} with --every {wanted.every} -- expected 0 or more, less than N")
     folder = data_folder() / "T4L4"
     if not folder.is_dir():
         print(f"no {folder} -- set TSM_FMU_DATA to the folder that contains davinci/", file=sys.stderr)
         return 2
     for split in splits(read_logs(folder)):
         if not wanted.split or any(part in split.name for part in wanted.split):
-            print(*table(split, wanted.every), "", sep="\n", flush=True)
+            print(*table(split, wanted.every, wanted.first), "", sep="\n", flush=True)
     return 0
 
 
