@@ -160,7 +160,7 @@ def test_gain_of_a_step_counts_runs_that_were_left_out(monkeypatch: pytest.Monke
     one_run = stop_that_left("x", [(1.3, 4.0), (2.3, 4.0), (1.3, 4.0)])
     assert not one_run.is_worth_more_than(before), "a gain of one run alone is chance"
     gain, error = one_run.gain_over(before)
-    assert gain > error > 0.0
+    assert error > gain > 0.0
     assert one_run.worth_over(before) == pytest.approx(gain - SURE_GAIN_RATIO * error - PARAMETER_GAIN)
     best = max((many, one_run, after), key=lambda s: s.worth_over(before))
     assert best is after
