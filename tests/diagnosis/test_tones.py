@@ -205,6 +205,7 @@ def test_a_diagnosis_says_what_hums_and_names_no_effect() -> None:
     assert (found.verdict, found.family, found.effects) == ("unknown", ("time",), ())
     assert found.tones["F"].frequency == pytest.approx(13.7, abs=0.003)
     assert " F hums at 13.7 Hz" in found.answer
+    assert "What is left of F" not in found.answer, "it is not left"
     assert "taken out of what is compared" in found.answer
     assert found.gap["F"].refitted < 0.03
     assert found.gap["F"].floor < 0.03

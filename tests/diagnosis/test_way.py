@@ -29,14 +29,10 @@ class Task:
     model: str = "LuGreFriction"
     values: dict[str, float] = field(default_factory=dict)
     limits: dict[str, Any] = field(default_factory=dict)
+    plausible: bool = True
 
     def limited(self, limits: dict[str, Any]) -> Task:
         return replace(self, limits=limits)
-
-
-@dataclass(frozen=True)
-class TaskOfWay(Task):
-    plausible: bool = True
 
 
 @dataclass(frozen=True)
@@ -259,7 +255,7 @@ def test_where_no_step_is_worth_more_the_second_best_of_the_last_ones_has_its_tu
     monkeypatch.setattr(path, "_without_idle", lambda way, *_: way)
     monkeypatch.setattr(path.Samples, "of", lambda *_: None)
     runs: Any = SimpleNamespace(model=None, measured=(), effects=())
-    found = path.way_to_a_better_model(runs, TaskOfWay())  # pyright: ignore[reportArgumentType]
+    found = path.way_to_a_better_model(runs, Task())  # pyright: ignore[reportArgumentType]
     assert [s.added for s in found] == expected
     assert len(asked) == len(set(asked)), "no way is gone twice"
 

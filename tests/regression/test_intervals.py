@@ -14,7 +14,8 @@ import rig
 from scipy.stats import chi2
 
 from tsm_fmu.cli.app import run as run_command
-from tsm_fmu.identification.fit import Fit, fit
+from tsm_fmu.identification import fit as fit_module
+from tsm_fmu.identification.fit import Fit, FitInterrupted, fit
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import write_record
 from tsm_fmu.models.contract import InputError
@@ -123,6 +124,19 @@ def test_parameter_on_a_bound_or_fixed_has_no_interval() -> None:
     run = rig.backlash_run("r", 26, noise=0.002, seconds=4.0)
     result = identified([run], ("beta",), c=0.85)
     assert {"c", "beta"}.isdisjoint(result.intervals)
+
+
+def test_interruption_keeps_the_linear_intervals_and_says_so(weak: FitRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(fit_module, "profile_intervals", interrupted)
+    with pytest.raises(FitInterrupted) as stopped:
+        identified([weak])
+    result, linear = stopped.value.fit, identified([weak], intervals="linear")
+    assert result.intervals == linear.intervals
+    assert not result.complete
+    assert "the intervals that were not reached are linear ones" in result.findings[0]
 
 
 def test_unknown_intervals_are_one_line(weak: FitRun) -> None:

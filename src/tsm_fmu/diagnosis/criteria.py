@@ -280,7 +280,7 @@ SURE_GAIN_RATIO = 1.5
 MOST_STEPS = 8
 """Steps on the way: more is no help to a reader."""
 
-OTHER_TURNS = 2
+REVISITED_STEPS = 2
 """Last steps of the way at which the second best is taken too: each is a way of its own to go."""
 
 WAY_SAMPLES_RATIO = 4

@@ -259,11 +259,15 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
         Ctrl-C after the baselines were fitted.
     """
     holdout, fitted = _baselines(runs, task, progress)
-    heard = tones_left(fitted.refitted.fitted, runs.measured)
-    on_reference = sizes_on(fitted.reference, runs.reference, heard) if fitted.reference else {}
+    refitted = fitted.refitted.fitted
+    whole = refitted.at(runs.measured)
+    heard, on_reference = tones_left(whole), {}
     if heard:
+        reference = fitted.reference.at(runs.reference) if fitted.reference else None
+        on_reference = sizes_on(reference, heard) if reference else {}
         progress(f"less what hums at {' and '.join(f'{tone.frequency:.4g} Hz' for tone in heard.values())}")
-        runs = _less_tones(runs, fitted, heard)
+        held_out = refitted.on(runs.holdout) if runs.holdout else None
+        runs = _less_tones(runs, whole, held_out, reference, heard)
         task = replace(task, runs=thinned_for_search(runs.model, runs.measured, runs.channels))
         holdout, fitted = _baselines(runs, task, progress)
     try:
@@ -278,11 +282,11 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
 
         if contradicted(result.choice, base, evidence, elsewhere) or clock_runs_slow(result.choice):
             result = without_names(result)
-        winner = result.choice.winner.fitted
-        more = {c: tone for c, tone in tones_left(winner, runs.measured).items() if c not in heard}
-        if fitted.reference:
-            on_reference |= sizes_on(fitted.reference, runs.reference, more)
-        heard = more | {c: taken_out(tone, winner.at(runs.measured), c) for c, tone in heard.items()}
+        winner = result.choice.winner.fitted.at(runs.measured)
+        more = {c: tone for c, tone in tones_left(winner).items() if c not in heard}
+        if more and fitted.reference:
+            on_reference |= sizes_on(fitted.reference.at(runs.reference), more)
+        heard = more | {c: taken_out(tone, winner, c) for c, tone in heard.items()}
         if heard:
             result = with_tones(result, heard, on_reference)
         met = limits_met(base.fitted, runs.measured)
@@ -309,13 +313,15 @@ def _baselines(runs: PreparedRuns, task: Task, progress: Progress) -> tuple[list
     return holdout, baselines(task, runs.effects, runs.measured, references, holdout, progress)
 
 
-def _less_tones(runs: PreparedRuns, fitted: Baselines, heard: Mapping[str, Tone]) -> PreparedRuns:
-    base, reference = fitted.refitted.fitted, runs.reference
+def _less_tones(
+    runs: PreparedRuns, measured: Fitted, holdout: Fitted | None, reference: Fitted | None, heard: Mapping[str, Tone]
+) -> PreparedRuns:  # fmt: skip
+    """The same without what hums, by fits on all samples of each kind of runs that there are."""
     return replace(
         runs,
-        measured=without_tones(base, runs.measured, heard),
-        holdout=without_tones(base.on(runs.holdout), runs.holdout, heard) if runs.holdout else (),
-        reference=without_tones(fitted.reference, reference, heard) if fitted.reference else reference,
+        measured=without_tones(measured, heard),
+        holdout=without_tones(holdout, heard) if holdout else (),
+        reference=without_tones(reference, heard) if reference else (),
     )
 
 

@@ -32,8 +32,8 @@ def answer(found: Diagnosis) -> str:
     if found.verdict == "parameters":
         changes = ", ".join(changes_text(found.changes))
         how = f" ({changes})" if changes else ""
-        beside = [words(e) for e in found.also_in_model]
-        more = f" with {listed(beside)} (nuisance parameters, too small to be named)" if beside else ""
+        beside = _nuisances(found)
+        more = f" with {beside} (nuisance parameters, too small to be named)" if beside else ""
         text = f"No effect named: other parameter values{more} close the gap{how}. {as_sentence(numbers)}"
         text += _family_text(found, channel, f"{TOO_LITTLE},")
     elif found.verdict == "none":
@@ -148,10 +148,15 @@ def _remains(found: Diagnosis, channel: str) -> str:
 
 def _nuisances_text(found: Diagnosis) -> str:
     """What the answer's model holds beside the named effects; beside other parameter values it has been said."""
-    names = [words(e) for e in found.also_in_model]
+    names = _nuisances(found)
     if not names or found.verdict == "parameters":
         return ""
-    return f" The model of the answer also holds {listed(names)}: nuisance parameters, too small to be named."
+    return f" The model of the answer also holds {names}: nuisance parameters, too small to be named."
+
+
+def _nuisances(found: Diagnosis) -> str:
+    names = [words(e) for e in found.also_in_model]
+    return listed(names) if names else ""
 
 
 def either(names: Sequence[str]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -17,46 +17,41 @@ from ..fits.response import places_of
 from ..residual.tones import RunTone, tones, tones_of_runs
 
 
-def tones_left(fitted: Fitted, runs: Sequence[FitRun]) -> dict[str, Tone]:
-    """Tones in what a fit leaves of all samples of its runs, by channel."""
-    whole = fitted.at(runs)
+def tones_left(whole: Fitted) -> dict[str, Tone]:
+    """Tones in what a fit leaves of runs with all their samples, by channel."""
     return tones(whole.problem.channels, whole.compared_residuals, places_of(whole), whole.spread)
 
 
-def sizes_on(reference: Fitted, runs: Sequence[FitRun], heard: Mapping[str, Tone]) -> dict[str, float]:
+def sizes_on(reference: Fitted, heard: Mapping[str, Tone]) -> dict[str, float]:
     """RMS of the same tones in what the model leaves of reference runs, by channel.
 
     Parameters
     ----------
     reference : Fitted
-        The model on reference runs.
-    runs : sequence of FitRun
-        All samples of these.
+        The model on reference runs with all their samples.
     heard : mapping of str to Tone
     """
-    of_runs = _of_runs(reference, runs, heard)
+    runs, of_runs = reference.problem.runs, _of_runs(reference, heard)
     return {c: float(rms([one.at(run.time) for one, run in zip(of_runs[c], runs, strict=True)])) for c in heard}
 
 
-def without_tones(fitted: Fitted, runs: Sequence[FitRun], heard: Mapping[str, Tone]) -> tuple[FitRun, ...]:
-    """The runs less their tones of these frequencies, which would hide what a law of the motion does.
+def without_tones(whole: Fitted, heard: Mapping[str, Tone]) -> tuple[FitRun, ...]:
+    """The runs of a fit less their tones of these frequencies, which would hide what a law of the motion does.
 
     Parameters
     ----------
-    fitted : Fitted
-        A model on these runs.
-    runs : sequence of FitRun
-        All their samples.
+    whole : Fitted
+        On runs with all their samples.
     heard : mapping of str to Tone
         By channel.
     """
-    channels, of_runs = fitted.problem.channels, _of_runs(fitted, runs, heard)
+    channels, of_runs = whole.problem.channels, _of_runs(whole, heard)
 
     def quiet(k: int, run: FitRun) -> FitRun:
         tones = [of_runs[c][k].at(run.time) if c in heard else np.zeros(run.time.size) for c in channels]
         return replace(run, targets=np.ascontiguousarray(run.targets - np.column_stack(tones)))
 
-    return tuple(quiet(k, run) for k, run in enumerate(runs))
+    return tuple(quiet(k, run) for k, run in enumerate(whole.problem.runs))
 
 
 def taken_out(tone: Tone, left: Fitted, channel: str) -> Tone:
@@ -65,8 +60,7 @@ def taken_out(tone: Tone, left: Fitted, channel: str) -> Tone:
     return replace(tone, beside=float(np.sqrt(np.nanmean(of_channel**2))), taken_out=True)
 
 
-def _of_runs(fitted: Fitted, runs: Sequence[FitRun], heard: Mapping[str, Tone]) -> dict[str, list[RunTone]]:
-    whole = fitted.at(runs)
+def _of_runs(whole: Fitted, heard: Mapping[str, Tone]) -> dict[str, list[RunTone]]:
     left, places, channels = whole.compared_residuals, places_of(whole), whole.problem.channels
     return {c: tones_of_runs(left, places, channels.index(c), tone.frequency) for c, tone in heard.items()}
 

@@ -15,7 +15,7 @@ import numpy as np
 from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError
 from ...regression.threads import together
-from ..criteria import BEGUN_CANDIDATES, JUDGED_CANDIDATES, MOST_STEPS, OTHER_TURNS, PARAMETER_GAIN
+from ..criteria import BEGUN_CANDIDATES, JUDGED_CANDIDATES, MOST_STEPS, PARAMETER_GAIN, REVISITED_STEPS
 from ..fits.nuisance import FIRST_STEPS, begun_with
 from ..fits.refit import Fitted, Task, refit
 from ..fits.screening import Screened, screen
@@ -23,7 +23,7 @@ from ..runs.prepared import PreparedRuns
 from .baselines import refitted_model
 from .refits import shortlist
 from .search import candidate_places
-from .stop import Samples, Stop, judged, log_left
+from .stop import Samples, Stop, judged, log_left, must_gain
 
 FURTHER_STEPS = 30
 """Steps of a refit on the way."""
@@ -58,7 +58,7 @@ def way_to_a_better_model(
             way.append(named)
     way = _to_its_end(runs.model, way, samples, progress)
     gone = [_names(way)]
-    for back in range(1, OTHER_TURNS + 1):
+    for back in range(1, REVISITED_STEPS + 1):
         begun = _other_turn(way, back)
         if not begun or any(names[: len(begun)] == _names(begun) for names in gone):
             continue
@@ -187,13 +187,12 @@ def _next(model: Kernel, way: Sequence[Stop], samples: Samples) -> Stop | None:
     def refitted(one: tuple[str, Fitted]) -> Stop | None:
         found = samples.refined(_reweighted(one[1], FURTHER_STEPS))
         gain = 2.0 * (log_left(at.fitted) - log_left(found))
-        added = len(found.problem.shared) - at.parameters
+        least = must_gain(len(found.problem.shared) - at.parameters)
         # of runs left out it gains no more than of the very runs that it is fitted to
-        return judged(one[0], found, samples) if gain > PARAMETER_GAIN * max(added, 1) else None
+        return judged(one[0], found, samples) if gain > least else None
 
     # what leaves less of the search's samples alone fits what lies between them
-    judged_ones = [s for s in together(refitted, tried) if s is not None]
-    stops = [s for s in judged_ones if s.runs and s.log_whole < at.log_whole]
+    stops = [s for s in together(refitted, tried) if s is not None and s.runs and s.log_whole < at.log_whole]
     stops.sort(key=lambda s: -s.worth_over(at))
     return replace(stops[0], next_best=stops[1] if len(stops) > 1 else None) if stops else None
 

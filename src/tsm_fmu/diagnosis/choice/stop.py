@@ -136,7 +136,7 @@ class Stop:
         if not (self.runs and before.runs):
             return np.inf if self.runs else -np.inf
         gain, error = self.gain_over(before)
-        return gain - SURE_GAIN_RATIO * error - PARAMETER_GAIN * max(self.parameters - before.parameters, 1)
+        return gain - SURE_GAIN_RATIO * error - must_gain(self.parameters - before.parameters)
 
     def is_simpler_and_as_good_as(self, other: Stop, worth_of_each: float = 0.0) -> bool:
         """Whether it has fewer parameters and leaves no more on runs left out, but for so much for each of these."""
@@ -167,6 +167,11 @@ def judged(added: str, fitted: Fitted, samples: Samples) -> Stop:
         for k, residual in zip(out, less.held_out_errors([runs[k] for k in out]), strict=True):
             found[k] = np.mean(residual**2, axis=0)
     return Stop(added, fitted, tuple(found), fitted.at(samples.whole).rmse)
+
+
+def must_gain(parameters: int) -> float:
+    """Log of the mean squares that a step of so many further parameters must gain; of none as much as of one."""
+    return PARAMETER_GAIN * max(parameters, 1)
 
 
 def log_left(fitted: Fitted) -> float:
