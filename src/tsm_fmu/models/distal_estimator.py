@@ -128,4 +128,5 @@ ROLES = Roles(
     depends={"x_out": ("x_in",)},
     friction=FrictionPort("tau_in", friction_in, with_friction),
     held_load=HeldLoad(sliding_level, held_load, with_load),
+    lost_motion=DRIVE_ROLES.lost_motion,
 )
