@@ -114,10 +114,17 @@ def fit_from(
     free: Collection[str],
     runs: Sequence[FitRun],
     channels: Sequence[str],
+    at_most: Mapping[str, float] | None = None,
 ) -> Fit:
-    """Fit of the parameters named from one physical start: the many starts of `fit` take minutes for fourteen."""
+    """Fit of the parameters named from one physical start: the many starts of `fit` take minutes for so many.
+
+    ``at_most`` holds bounds of the user, in SI, beside those of the model.
+    """
     fixed = [v.name for v in model.parameters if v.name not in free]
-    return fit(model, runs, channels, search_space(model, None, start, fixed), single_start=True)
+    space = search_space(model, None, start, fixed)
+    for name, hi in (at_most or {}).items():
+        space = space.with_bounds(next(v.field for v in model.parameters if v.name == name), hi=hi)
+    return fit(model, runs, channels, space, single_start=True)
 
 
 def values_of(found: Fit) -> dict[str, float]:

@@ -14,7 +14,7 @@ from tsm_fmu.kernels.chain import attach, chain
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record
 
-CARRIERS = ("PairedTsmBacklash", "TendonDrive")
+CARRIERS = ("PairedTsmBacklash", "TendonDrive", "DistalEstimator")
 ON_MOTION = [m for m in EFFECTS if "lost motion" in m.ABOUT.places]
 T = np.arange(900) * 0.0107
 
@@ -23,6 +23,7 @@ def inputs_of(names: list[str]) -> np.ndarray:
     signals = {"x_in": 1.9 * np.sin(2.3 * T), "f": 0.31 + 0.17 * np.cos(0.7 * T), "q": 2.1 + 0.4 * np.sin(0.3 * T)}
     signals["w"] = 295.0 + np.cos(0.2 * T)
     signals["tau_out"] = signals["f"]
+    signals["tau_in"] = 1.1 * signals["f"] + 0.07 * np.sign(np.cos(2.3 * T))
     return np.column_stack([signals[n] for n in names])
 
 
@@ -59,15 +60,17 @@ def test_a_share_of_the_lost_motion_is_that_share_in_each_direction(model: str) 
     assert np.allclose(before - after, 0.27 * side * lag, atol=1e-12)
 
 
-def test_a_load_widens_the_loop_by_as_much() -> None:
-    """The load adds k |load| beyond presliding, on either way: the output lags by so much more."""
-    found, alone = chain("TendonDrive", ("load_dependence@x_out",)), kernel("TendonDrive")
-    inputs = inputs_of(["x_in", "tau_out"])
+@pytest.mark.parametrize("model", ["TendonDrive", "DistalEstimator"])
+def test_a_load_widens_the_loop_by_as_much(model: str) -> None:
+    """The load, measured or estimated, adds k |load| beyond presliding, on either way: the output lags so much more."""
+    found, alone = chain(model, ("load_dependence@x_out",)), kernel(model)
+    inputs = inputs_of([v.name for v in alone.inputs])
     values = {"x_out.load_dependence.k": 0.21, "motion.x_pre": 1e-3}
-    before = alone.simulate(alone.params(), T, inputs)[:, 0]
-    lag = (before - found.simulate(found.params(None, values), T, inputs)[:, 0]) * np.sign(np.gradient(inputs[:, 0]))
+    before = alone.simulate(alone.params(), T, inputs)
+    load = inputs[:, 1] if model == "TendonDrive" else before[:, 1]
+    lag = (before - found.simulate(found.params(None, values), T, inputs))[:, 0] * np.sign(np.gradient(inputs[:, 0]))
     sliding = (np.abs(np.cos(2.3 * T)) > 0.3) & (T > 0.0)  # at the start nothing has slid yet
-    assert np.allclose(lag[sliding], 0.21 * inputs[sliding, 1], rtol=1e-6)
+    assert np.allclose(lag[sliding], 0.21 * np.abs(load)[sliding], rtol=1e-6)
 
 
 def test_two_effects_of_one_motion_add_up_from_what_the_first_has_left() -> None:
