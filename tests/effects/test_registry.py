@@ -39,7 +39,8 @@ def test_what_is_known_is_complete(module):
     known = module.ABOUT
     assert len(known.shown_by.split()) >= 4
     assert known.signature
-    assert "_" not in known.words
+    assert "_" not in known.words + known.words_on_motion
+    assert bool(known.words_on_motion) == ("lost motion" in known.places)
     assert set(known.places) <= {"friction", "lost motion", "output", "input"}
     assert set(known.looked_for) <= set(known.places) - {"input"}
     assert set(known.looks_like) <= IDS - {module.NAME}
@@ -49,9 +50,13 @@ def test_what_is_known_is_complete(module):
 
 
 def test_no_two_effects_have_the_same_words():
-    assert len({m.ABOUT.words for m in EFFECTS}) == len({m.ABOUT.signature for m in EFFECTS}) == len(EFFECTS)
+    on_motion = [m.ABOUT.words_on_motion for m in EFFECTS if m.ABOUT.words_on_motion]
+    assert len({*(m.ABOUT.words for m in EFFECTS), *on_motion}) == len(EFFECTS) + len(on_motion)
+    assert len({m.ABOUT.signature for m in EFFECTS}) == len(EFFECTS)
     assert words("delay") == "a delay"
     assert words("delay@tau_in") == "a delay in tau_in"
+    assert words("load_dependence") == "load-dependent friction"
+    assert words("load_dependence@x_out~f[N]") == "lost motion that grows with the load in x_out, driven by f"
 
 
 def test_a_look_alike_is_one_whichever_file_says_so(monkeypatch):

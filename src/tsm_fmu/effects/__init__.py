@@ -80,10 +80,11 @@ def about(spec: str) -> Effect:
 
 def words(spec: str) -> str:
     """Name of an effect in a sentence, with its channel and what drives it where the spec says so."""
-    channel, columns = place_of(spec)[1], spec.partition("~")[2]
+    channel, columns, known = place_of(spec)[1], spec.partition("~")[2], about(spec)
     place = f" in {channel}" if channel else ""
     driven = " and ".join(item.partition("[")[0].rpartition("=")[2] for item in columns.split(",") if item)
-    return about(spec).words + place + (f", driven by {driven}" if driven else "")
+    name = (known.words_on_motion if channel else "") or known.words
+    return name + place + (f", driven by {driven}" if driven else "")
 
 
 FAMILIES: dict[Family, str] = {

@@ -149,6 +149,8 @@ class Effect(NamedTuple):
         Sizes that make most of it, or what is left is another law.
     fitted_as : str
         Word for it where an identification fits it beside the model (``--nuisance WORD@CHANNEL``); '' if it cannot.
+    words_on_motion : str
+        Its name in a sentence where it changes the lost motion of a distal position; '' if it cannot.
     """
 
     words: str
@@ -167,6 +169,7 @@ class Effect(NamedTuple):
     turns: float = 0.0
     core: tuple[str, ...] = ()
     fitted_as: str = ""
+    words_on_motion: str = ""
 
     @property
     def looked_for(self) -> tuple[Place, ...]:

@@ -22,6 +22,7 @@ from .about import Effect, Shape, Size
 NAME = "bend_angle"
 ABOUT = Effect(
     words="bend-dependent friction",
+    words_on_motion="lost motion that grows with the sheath's bend",
     signature="changes with sheath angle",
     shown_by="the same motion at several sheath angles, Theta recorded",
     places=("friction", "lost motion"),

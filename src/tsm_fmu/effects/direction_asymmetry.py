@@ -18,6 +18,7 @@ from .about import Effect, Size
 NAME = "direction_asymmetry"
 ABOUT = Effect(
     words="friction that differs between directions",
+    words_on_motion="lost motion that differs between directions",
     signature="F(+) differs from F(-)",
     shown_by="half strokes both ways at several speeds, zero known",
     places=("friction", "lost motion"),

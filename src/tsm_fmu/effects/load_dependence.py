@@ -20,6 +20,7 @@ from .about import Effect, Shape, Size
 NAME = "load_dependence"
 ABOUT = Effect(
     words="load-dependent friction",
+    words_on_motion="lost motion that grows with the load",
     signature="friction grows with tension or load",
     shown_by="the same motion under three loads or more, recorded",
     places=("friction", "lost motion"),

@@ -17,6 +17,7 @@ from .about import Effect, Shape, Size
 NAME = "stiffness_hardening"
 ABOUT = Effect(
     words="stiffening",
+    words_on_motion="a ratio that bends over the position",
     signature="cubic",
     shown_by="strokes or loads up to the largest that the rig allows",
     places=("friction", "lost motion"),

@@ -18,6 +18,7 @@ from .about import Effect, Size
 NAME = "temperature_dependence"
 ABOUT = Effect(
     words="temperature-dependent friction",
+    words_on_motion="lost motion that changes with temperature",
     signature="follows a recorded temperature",
     shown_by="the same motion cold and warm, the temperature recorded",
     places=("friction", "lost motion"),

@@ -18,6 +18,7 @@ from .about import Effect, Shape, Size, Start
 NAME = "thermal"
 ABOUT = Effect(
     words="friction that changes with warmth",
+    words_on_motion="lost motion that changes with warmth",
     signature="decays with time, recovers after rest",
     shown_by="minutes of motion, a rest, and the same motion again",
     places=("friction", "lost motion"),

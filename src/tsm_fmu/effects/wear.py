@@ -20,6 +20,7 @@ from .about import Effect, Shape, Size, Start
 NAME = "wear"
 ABOUT = Effect(
     words="friction that changes with travel",
+    words_on_motion="lost motion that changes with travel",
     signature="changes with travel, stays after rest",
     shown_by="long travel, a rest, and the same motion again",
     places=("friction", "lost motion"),
