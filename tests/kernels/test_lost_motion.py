@@ -27,13 +27,11 @@ def inputs_of(names: list[str]) -> np.ndarray:
     return np.column_stack([signals[n] for n in names])
 
 
-def spec(module, column: bool = True) -> str:
-    asked = module.Inputs._fields
-    drives = [
-        text
-        for signal, text in (("load", "f[N.m]"), ("bend", "q[rad]"), ("temperature", "w[K]"))
-        if signal in asked and column
-    ]
+COLUMNS = {"load": "f[N.m]", "bend": "q[rad]", "temperature": "w[K]"}
+
+
+def spec(module, columns: dict[str, str] = COLUMNS) -> str:
+    drives = [text for signal, text in columns.items() if signal in module.Inputs._fields]
     return f"{module.NAME}@x_out" + (f"~{','.join(drives)}" if drives else "")
 
 
@@ -71,6 +69,24 @@ def test_a_load_widens_the_loop_by_as_much(model: str) -> None:
     lag = (before - found.simulate(found.params(None, values), T, inputs))[:, 0] * np.sign(np.gradient(inputs[:, 0]))
     sliding = (np.abs(np.cos(2.3 * T)) > 0.3) & (T > 0.0)  # at the start nothing has slid yet
     assert np.allclose(lag[sliding], 0.21 * np.abs(load)[sliding], rtol=1e-6)
+
+
+@pytest.mark.parametrize("module", ON_MOTION, ids=lambda m: m.NAME)
+def test_the_estimator_takes_the_drive_s_effects_back_to_the_same_angle(module) -> None:
+    """From x_in and the drive's tau_in it finds tau_out, Eq (D2), and so the load of an effect: one set serves both."""
+    effect = spec(module, {signal: text for signal, text in COLUMNS.items() if signal != "load"})
+    drive, estimator = (chain(model, (effect,)) for model in ("TendonDrive", "DistalEstimator"))
+    sizes = [v.name for v in drive.parameters if v.name.startswith(f"x_out.{module.NAME}.")]
+    values = {name: 0.137 for name in sizes} | {"c": 0.93, "x_0": 0.11, "ratio": 1.07}
+    inputs = inputs_of([v.name for v in drive.inputs])
+    forward = drive.simulate(drive.params(None, values), T, inputs)
+    columns = dict(zip((v.name for v in (*drive.inputs, *drive.outputs)), (*inputs.T, *forward.T), strict=True))
+    back = estimator.simulate(
+        estimator.params(None, values), T, np.column_stack([columns[v.name] for v in estimator.inputs])
+    )
+    assert np.ptp(columns["x_out"]) > 1.0
+    assert np.allclose(back[:, 0], columns["x_out"], rtol=0.0, atol=1e-12)
+    assert np.allclose(back[:, 1], columns["tau_out"], rtol=0.0, atol=1e-12)
 
 
 def test_two_effects_of_one_motion_add_up_from_what_the_first_has_left() -> None:
