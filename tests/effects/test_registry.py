@@ -41,6 +41,7 @@ def test_what_is_known_is_complete(module):
     assert known.signature
     assert "_" not in known.words + known.words_on_motion
     assert bool(known.words_on_motion) == ("lost motion" in known.places)
+    assert not (known.words_on_motion and {"output", "input"} & set(known.places))  # its channel says which it is
     assert set(known.places) <= {"friction", "lost motion", "output", "input"}
     assert set(known.looked_for) <= set(known.places) - {"input"}
     assert set(known.looks_like) <= IDS - {module.NAME}

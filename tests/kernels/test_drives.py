@@ -43,7 +43,9 @@ def test_a_spec_has_one_form(text: str, canonical: str) -> None:
 
 def test_words_say_what_drives() -> None:
     assert words("load_dependence~T_in[N]") == "load-dependent friction, driven by T_in"
-    assert words("bend_angle@F~f[N],bend=q[V]") == "bend-dependent friction in F, driven by f and q"
+    assert words("bend_angle~f[N],bend=q[V]") == "bend-dependent friction, driven by f and q"
+    on_motion = "lost motion that grows with the sheath's bend in x_out, driven by f and q"
+    assert words("bend_angle@x_out~f[N],bend=q[V]") == on_motion
 
 
 @pytest.mark.parametrize(
