@@ -20,8 +20,13 @@ PUBLISHED = (math.radians(0.37), 4.42e-3)
 ESTIMATOR = chain(
     "DistalEstimator",
     (
-        *("load_dependence", "offset_drift", "stiffness_hardening"),
-        *("tendon_elasticity@x_out", "creep@x_out", "slack@x_out", "stiffness_hardening@x_out"),
+        "load_dependence",
+        "offset_drift",
+        "stiffness_hardening",
+        "tendon_elasticity@x_out",
+        "creep@x_out",
+        "slack@x_out",
+        "stiffness_hardening@x_out",
     ),
 )
 START = {
@@ -45,15 +50,15 @@ START = {
     "x_out.stiffness_hardening.x_c": 0.5,
 }
 """The fitted parameters and where they start: round numbers, the same for every split."""
-SEEN = 2
-"""Fits see every so-many-th sample: a held load follows the peaks of a noisy torque, and thinned logs have fewer."""
+THINNED_HELD = 2
+"""In place of `davinci_data.THINNED`: a held load follows the peaks of a noisy torque; thinned logs have fewer."""
 AT_MOST = {"x_out.slack.F_0": 0.013}
-"""A tenth of the largest load [N.m]: travel that takes more to be taken up is a spring, and the chain has one."""
+"""A tenth of the largest load [N.m], as a diagnosis bounds it (effects/slack.py): what takes more is a spring."""
 FIXED = {"hold": 1, "tau_s": 0.05, "v_s": 1e-6, "sigma2": 0.0}
 """Load held while the drive sticks, Eq (D3); neither Stribeck nor viscous friction: v_s is below any speed here."""
 
 
-def fitted(logs: Logs, thin: int = SEEN) -> tuple[dict[str, float], dict[str, float]]:
+def fitted(logs: Logs, thin: int = THINNED_HELD) -> tuple[dict[str, float], dict[str, float]]:
     """One parameter set for all runs, initial state and offset included; and its standard errors."""
     runs = fit_runs(ESTIMATOR, logs, CHANNELS, thin)
     found = fit_from(ESTIMATOR, {**FIXED, **START}, START, runs, CHANNELS, AT_MOST)
