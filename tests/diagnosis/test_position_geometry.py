@@ -102,6 +102,22 @@ def test_bursts_so_wide_that_they_run_together_are_no_winding() -> None:
     assert not disguised(found, "winding_crossover~x[m]")
 
 
+@pytest.mark.parametrize("place", [-0.07, -0.02, 0.05])
+def test_what_lies_at_one_place_of_the_stroke_is_no_ripple_of_turns(place: float) -> None:
+    """A sticky spot: turns long enough hold it once, and harmonics are near any law within one turn."""
+    base = fitted(1.0, lambda theta: 0.21 * np.exp(-(((theta - 1.1 - place) / 0.023) ** 2)))
+    found = explained(base, "drum_periodic~x[m]")
+    assert found.rmse[0] < 0.75 * base.rmse[0]  # it could be taken for one
+    assert disguised(found, "drum_periodic~x[m]")
+
+
+@pytest.mark.parametrize("turns", [1.6, 2.3, 7.1])
+def test_a_ripple_of_some_turns_is_one(turns: float) -> None:
+    stroke = max(float(np.ptp(run.inputs[:, 1])) for run in fitted(1.0).problem.runs)
+    found = explained(fitted(stroke / (2.0 * np.pi * turns)), "drum_periodic~x[m]")
+    assert not disguised(found, "drum_periodic~x[m]")
+
+
 @pytest.mark.parametrize(("centre", "bend"), [(0.0, False), (0.06, False), (-0.3, True), (0.3, True)])
 def test_stiffening_is_one_about_a_position_near_the_middle_of_the_stroke(centre: float, bend: bool) -> None:
     """About another one its law bends to one side only, as that of a cam or a weight does."""

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.answer import verdict
+from tsm_fmu.diagnosis.criteria import FAMILY_SHARE
+from tsm_fmu.diagnosis.evidence import FamilyShare
 from tsm_fmu.effects import EFFECTS, about
 
 AFTER_REVERSALS = [m.NAME for m in EFFECTS if m.ABOUT.after_reversal and m.ABOUT.looks_like]
@@ -25,7 +27,7 @@ def said(monkeypatch: pytest.MonkeyPatch):
         choice = SimpleNamespace(winner=winner, supported=[winner])
         tested = [*effects, "viscous_power"]
         return verdict.verdict_of(
-            SimpleNamespace(levels=()), choice, floors, tested, (), inapplicable, (), lambda _: None
+            SimpleNamespace(levels=()), choice, floors, (), tested, (), inapplicable, (), lambda _: None
         )
 
     return of
@@ -39,3 +41,21 @@ def test_a_set_of_laws_after_reversals_holds_none_that_cannot_be_asked_about(sai
     for other in whole[1:]:
         assert said((effect,), (other,)).equivalent == tuple(e for e in whole if e != other)
     assert said((effect,), (effect,)).equivalent == whole, "what was refitted was asked about"
+
+
+@pytest.mark.parametrize(
+    ("channel", "share", "hidden", "word"),
+    [
+        ("F", 1.1 * FAMILY_SHARE, ("creep", "wear"), "unknown"),
+        ("F", 0.9 * FAMILY_SHARE, ("creep", "wear"), "not_excited"),
+        ("x_out", 0.83, ("creep", "wear"), "not_excited"),  # nothing is open there
+        ("F", 0.0, ("creep",), "unknown"),
+    ],
+)
+def test_a_gap_that_is_a_law_is_unknown_whatever_effects_the_runs_could_not_show(channel, share, hidden, word) -> None:
+    floors = SimpleNamespace(without_answer=True, unexplained=np.array([True, False]))
+    fitted = SimpleNamespace(problem=SimpleNamespace(channels=("F", "x_out")))
+    baselines = SimpleNamespace(refitted=SimpleNamespace(fitted=fitted))
+    evidence = (FamilyShare("load", channel, share),)
+    found = verdict.verdict_of(baselines, None, floors, evidence, ("creep", "wear"), hidden, (), (), lambda _: None)
+    assert (found.word, found.final) == (word, fitted)

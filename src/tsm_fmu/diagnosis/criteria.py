@@ -170,6 +170,10 @@ bend."""
 CORE_SHARE = 0.5
 """Part of what an effect does that the sizes which make it must do: a winding without bursts is another law."""
 
+REPEATED_SHARE = 1.0 / 3.0
+"""Part of what a law of turns of unknown length explains that it must explain at angles that the runs pass in several
+turns: a law at one place of the stroke comes once in turns that are long enough."""
+
 STANDING_SHARE = 0.02
 """A sheath's angle that varies by less of its mean stands still: bends that a rig is given change it by many times
 that, what measures it wanders less."""

@@ -295,7 +295,7 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
         hidden, inapplicable = _not_excited(runs, result)
         tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]
         verdict = verdict_of(
-            result.baselines, result.choice, result.floors, tested, hidden, inapplicable, holdout, progress
+            result.baselines, result.choice, result.floors, evidence, tested, hidden, inapplicable, holdout, progress
         )
     except KeyboardInterrupt:
         raise SearchInterrupted(fitted.refitted.fitted) from None

@@ -13,7 +13,8 @@ from ..choice.baselines import Baselines
 from ..choice.floors import Floors
 from ..choice.hypotheses import Hypothesis, left_out_in_turn, with_fit
 from ..choice.supported import Choice, indistinguishable, log_residual
-from ..criteria import EFFECT_SPREAD_SHARE, IDLE_SPREAD_SHARE
+from ..criteria import EFFECT_SPREAD_SHARE, FAMILY_SHARE, IDLE_SPREAD_SHARE
+from ..evidence import FamilyShare
 from ..fits.nuisance import best_refit, with_free_offsets
 from ..fits.quantised import with_levels
 from ..fits.refit import Fitted
@@ -45,8 +46,8 @@ class Verdict:
 
 
 def verdict_of(
-    baselines: Baselines, choice: Choice, floors: Floors, tested: Sequence[str], hidden: Sequence[str],
-    inapplicable: Collection[str], holdout: Sequence[FitRun], progress: Callable[[str], None],
+    baselines: Baselines, choice: Choice, floors: Floors, evidence: Sequence[FamilyShare], tested: Sequence[str],
+    hidden: Sequence[str], inapplicable: Collection[str], holdout: Sequence[FitRun], progress: Callable[[str], None],
 ) -> Verdict:  # fmt: skip
     """The verdict.
 
@@ -55,6 +56,8 @@ def verdict_of(
     baselines : Baselines
     choice : Choice
     floors : Floors
+    evidence : sequence of FamilyShare
+        Of what the refitted model leaves.
     tested : sequence of str
         Ids of the effects that were refitted.
     hidden : sequence of str
@@ -66,8 +69,11 @@ def verdict_of(
         Given what is being done.
     """
     if floors.without_answer:
+        refitted = baselines.refitted.fitted
+        unexplained = [c for c, there in zip(refitted.problem.channels, floors.unexplained, strict=True) if there]
+        law = any(e.channel in unexplained and e.share > FAMILY_SHARE for e in evidence)
         testable = set(tested) - set(hidden)
-        return Verdict("unknown" if testable or not tested else "not_excited", baselines.refitted.fitted)
+        return Verdict("unknown" if law or testable or not tested else "not_excited", refitted)
     winner, levels = choice.winner, baselines.levels
     final = _final_fit(winner, holdout, progress)
     if not winner.effects and not levels:

@@ -12,11 +12,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...effects import effect_of, prefix_of, shapes_of
+from ...effects import effect_of, prefix_of, shapes_of, sizes_of
 from ...kernels.attached import Attached
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
-from ..criteria import CENTRED_SHARE, CORE_SHARE, SHAPE_RANGE_RATIO, STANDING_SHARE
+from ..criteria import CENTRED_SHARE, CORE_SHARE, REPEATED_SHARE, SHAPE_RANGE_RATIO, STANDING_SHARE
 from ..runs.motion_signals import coordinate_units
 from .placing import least_stroke
 from .refit import Fitted
@@ -25,6 +25,8 @@ from .response import places_of
 SCALES = ("time", "travel", "turns", "width", "centre", "exponent")
 OF_A_PART = ("exponent", "travel")
 """Of these, scales that belong to a part of a law: where that has no size they may be anywhere."""
+ANGLES = 48
+"""Parts of a turn in which places are the same."""
 AT_AN_END = 0.02
 """Part of itself by which a scale may miss the end of its range: refits stop so near. And the part of what a law does
 that the least scale may change of it, to call it the same."""
@@ -44,8 +46,9 @@ def disguised(fitted: Fitted, spec: str) -> bool:
     module = effect_of(spec)
     if "bend" in module.Inputs._fields and angle_stands(fitted, attach(kernel(fitted.model), spec)):
         return True
+    known_drum = _of_known_drum(fitted, spec)
     layers_alone = bool(module.ABOUT.core) and _little_of_it(fitted, spec, module.ABOUT.core)
-    if layers_alone and not _of_known_drum(fitted, spec):
+    if not known_drum and (layers_alone or _hardly_repeats(fitted, spec)):
         return True
     scales = [scale for scale in SCALES if not (scale == "width" and layers_alone)]
     for name, shape in shapes_of(module).items():
@@ -88,6 +91,28 @@ def _of_known_drum(fitted: Fitted, spec: str) -> bool:
     if coordinate_units(fitted.problem.kernel)[0] != "rad":
         return False
     return max(float(np.ptp(c.x)) for c in places_of(fitted)) >= least_stroke(effect_of(spec))
+
+
+def _hardly_repeats(fitted: Fitted, spec: str) -> bool:
+    """Whether a law of turns explains next to nothing where the runs pass the same angle in more than one turn.
+
+    Of a size that a search has chosen a turn may be as long as it takes for a law at one place to come only once.
+    """
+    one = attach(kernel(fitted.model), spec)
+    size = next((name for name, shape in shapes_of(one.module).items() if shape.scale == "turns"), None)
+    if size is None:
+        return False
+    turn = 2.0 * np.pi * fitted.values[f"{prefix_of(spec)}{size}"]
+    places = [np.floor(c.x / turn * ANGLES).astype(np.int64) for c in places_of(fitted)]
+    angle, passed = np.unique(np.unique(np.concatenate(places)) % ANGLES, return_counts=True)
+    again = np.isin(np.concatenate(places) % ANGLES, angle[passed > 1])
+    off = fitted.with_values(dict.fromkeys((one.prefix + name for name in sizes_of(one.module)), 0.0))
+    weights = fitted.problem.weights
+    explained = np.concatenate([
+        np.sum((before * weights) ** 2 - (after * weights) ** 2, axis=1)
+        for before, after in zip(off.residuals, fitted.residuals, strict=True)
+    ])  # fmt: skip
+    return bool(explained[again].sum() < REPEATED_SHARE * explained.sum())
 
 
 def _little_of_it(fitted: Fitted, spec: str, core: Sequence[str]) -> bool:

@@ -155,11 +155,16 @@ class Fitted:
 
         NaN where the model cannot run with them.
         """
+        others = self.with_values(values).residuals
+        changes = [before - after for before, after in zip(self.residuals, others, strict=True)]
+        return rms(changes) / np.maximum(self.spread, 1e-300)
+
+    def with_values(self, values: Mapping[str, float]) -> Fitted:
+        """A copy with other values of some fields, by field; nothing is refitted."""
         table = self.table.copy()
         for name, value in values.items():
             table[:, self.problem.fields.index(name)] = value
-        changes = [before - after for before, after in zip(self.residuals, self.problem.gaps(table), strict=True)]
-        return rms(changes) / np.maximum(self.spread, 1e-300)
+        return Fitted(self.task, self.effects, self.problem, table, self.released)
 
 
 def effective_samples(residuals: Sequence[FloatArray]) -> FloatArray:
