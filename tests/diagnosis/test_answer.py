@@ -127,6 +127,8 @@ def test_what_the_model_holds_beside_the_named_effects_is_said() -> None:
         "or drift in tau_in (nuisance parameters, too small to be named) close the gap (sigma0 "
     )
     assert "also holds" not in parameters
+    of_a_shape = replace(diagnosis, verdict="parameters", effects=(), final=after, family=("history",))
+    assert "is a law of the motion before (of a nuisance parameter)" in answer(of_a_shape)
 
 
 def test_ambiguous_names_all_and_says_what_to_do() -> None:
@@ -149,6 +151,9 @@ def test_unknown_gives_the_formula_and_says_that_it_is_no_name() -> None:
 
 def test_parameters_and_refusal() -> None:
     assert answer(found("parameters")).startswith("No effect named: other parameter values close the gap. Held-out")
+    elsewhere = answer(found("parameters", gap=gap(holdout_after=0.0101)))
+    assert "close the gap of the measured runs" in elsewhere
+    assert "Of tau_in they do not carry over to the held-out runs" in elsewhere
     refused = found("not_excited", gap={}, gate=Gate((), ("x_in does not move in any run",)))
     assert answer(refused) == "No answer from these runs: x_in does not move in any run."
     assert answer(found("not_excited")).startswith("No answer from these runs: no effect that could explain it shows")

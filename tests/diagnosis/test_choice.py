@@ -178,6 +178,25 @@ def test_what_removes_enough_on_held_out_runs_alone_is_not_named() -> None:
     assert names(choice_of([plain, made("stiffness_hardening", 0.001, 0.001)], plain)) == [("stiffness_hardening",)]
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "held_before", "held_after", "named"),
+    [
+        (0.0031, 0.002, 0.025, 0.0021, True),
+        (0.0031, 0.002, 0.025, 0.0081, False),  # something else is left of held-out runs
+        (0.0031, 0.0027, 0.025, 0.0021, False),  # nothing that counts is gone on the measured ones
+        (0.0031, 0.002, 0.0118, 0.001, False),  # within the form of any friction model
+    ],
+)
+def test_what_the_measured_runs_show_little_of_is_named_where_it_is_nearly_all_that_others_show(
+    before: float, after: float, held_before: float, held_after: float, named: bool
+) -> None:
+    """Below the size that an effect must have on the runs that it is fitted to, which another motion shows largely."""
+    plain, one = made("", before, held_before), made("friction_lag", after, held_after)
+    assert names(choice_of([plain, one], plain)) == [("friction_lag",) if named else ()]
+    folded = [replace(h, folded=True) for h in (plain, one)]  # measured runs left out in turn are no other motion
+    assert names(choice_of(folded, folded[0])) == [()]
+
+
 @pytest.mark.parametrize("spec", ["nonlocal_memory", "backlash", "smooth_backlash", "presliding_shape"])
 def test_beside_another_effect_what_follows_a_reversal_is_form(spec: str) -> None:
     """Even where next to nothing is left with it: what the law of the other lacks shows after reversals as well."""

@@ -12,6 +12,7 @@ from scipy.signal import lfilter
 from tsm_fmu.diagnosis.choice.hypotheses import can_leave_out, hypothesis, left_out_in_turn
 from tsm_fmu.diagnosis.fits.nuisance import (
     best_refit,
+    most_removing,
     nuisance_specs,
     refit_with,
     refit_without,
@@ -68,6 +69,14 @@ def test_a_late_channel_is_taken_by_the_lag_alone(rig: Rig, known: dict[str, flo
     assert removed == pytest.approx(np.sqrt(less.rmse[0] ** 2 - nuisances.rmse[0] ** 2) / nuisances.spread[0])
     assert "sensor_lag@F" not in less.effects
     assert significant_nuisances(nuisances, ["offset_drift@F"], FREE) == {}
+    assert most_removing(nuisances, FREE) == "sensor_lag@F"
+
+
+def test_where_nothing_is_late_no_nuisance_effect_removes_anything_notable(
+    rig: Rig, known: dict[str, float], hyperbola: Callable[[np.ndarray], np.ndarray]
+) -> None:
+    base = fitted([rig(seed) for seed in (21, 22)], known)
+    assert most_removing(with_nuisances(base, FREE), FREE) is None
 
 
 def test_each_run_has_its_own_offset_and_none_drifts(rig: Rig, known: dict[str, float]) -> None:

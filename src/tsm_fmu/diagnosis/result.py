@@ -61,8 +61,8 @@ class Diagnosis:
     family : tuple of str
         Families of what the model lacks, one for each kind of law: of the effects named or not told apart; of what has
         no name the one whose laws predict most of the residual, and that of the effect that comes closest. With
-        ``none`` and ``parameters`` of what a refit of the model's own parameters leaves, too little for a name. Empty
-        where nothing can be said.
+        ``none`` and ``parameters`` of what a refit of the model's own parameters leaves, too little for a name, and of
+        the nuisance parameter of the answer that removes most. Empty where nothing can be said.
     family_evidence : tuple of FamilyShare
         What the laws of each family predict of the residual of each channel, most first.
     tones : mapping of str to Tone

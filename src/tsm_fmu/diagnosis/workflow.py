@@ -45,6 +45,7 @@ from .criteria import (
 )
 from .evidence import Candidate, FamilyShare, Gap, Gate, Limit, NextMotion, RunComparison, Tone
 from .fits.known import compared_where_known
+from .fits.nuisance import most_removing
 from .fits.placing import not_applicable
 from .fits.ranges import forgetting_ranges, level_ranges
 from .fits.refit import Fitted, Task, as_given
@@ -408,9 +409,14 @@ def _closest(found: Investigation, *, missing: bool) -> tuple[str, ...]:
     """Effects of the best hypothesis, which comes closest to what has no name.
 
     Where something is missing and it closes as much of a channel as a named effect must; else of those that it adds to
-    the nuisance parameters, if they remove a notable part of what is left, and more than next to nothing.
+    the nuisance parameters, if they remove a notable part of what is left, and more than next to nothing. Where other
+    values close the gap with nuisance parameters, that which removes most.
     """
     best, plain = found.selection.choice.best, found.selection.hypotheses[0]
+    if found.verdict.word == "parameters":
+        most = most_removing(found.verdict.final, plain.nuisances)
+        if most:
+            return (most,)
     if missing and (best.measured < (1.0 - STRONGEST_RATIO) * found.selection.baselines.refitted.measured).any():
         return best.effects
     least = np.maximum(NOTABLE_RATIO * best.measured, (LITTLE_SPREAD_SHARE * best.fitted.spread) ** 2)

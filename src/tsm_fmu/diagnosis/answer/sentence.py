@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...effects import FAMILIES, about, words
+from ...effects.about import Family
 from ...logs.display import Display, display
 from ...models.contract import with_unit
 from ..criteria import ABOVE_FLOOR_RATIO, CHANGED_SHARE, FAMILY_SHARE, NOTABLE_SHARE, SURE_FLOOR_SHARE
@@ -34,7 +35,14 @@ def answer(found: Diagnosis) -> str:
         how = f" ({changes})" if changes else ""
         beside = _nuisances(found)
         more = f" with {beside} (nuisance parameters, too small to be named)" if beside else ""
-        text = f"No effect named: other parameter values{more} close the gap{how}. {as_sentence(numbers)}"
+        elsewhere = [c for c, g in found.gap.items() if not g.carries_over]
+        of = " of the measured runs" if elsewhere else ""
+        text = f"No effect named: other parameter values{more} close the gap{of}{how}. {as_sentence(numbers)}"
+        if elsewhere:
+            text += (
+                f" Of {' and '.join(elsewhere)} they do not carry over to the held-out runs, whose motion shows what "
+                "the measured ones leave open: give runs with both motions to --measured."
+            )
         text += _family_text(found, channel, f"{TOO_LITTLE},")
     elif found.verdict == "none":
         text = f"No effect named. {as_sentence(_remains(found, channel))} {as_sentence(numbers)}"
@@ -120,12 +128,14 @@ def _laws_text(found: Diagnosis) -> str:
 def _family_text(found: Diagnosis, channel: str, what: str) -> str:
     """Of what something without a name is a law: by what such laws predict, or as the effect that comes closest is."""
     shares = {e.family: e.share for e in found.family_evidence if e.channel == channel}
-    families = [
-        f"{FAMILIES[f]} (such laws predict {_percent(shares[f])} of it)"
-        if shares.get(f, 0.0) > FAMILY_SHARE
-        else f"{FAMILIES[f]} (of the effect that comes closest)"
-        for f in found.family
-    ]
+    nuisances = {about(spec).family for spec in found.also_in_model} if found.verdict == "parameters" else set()
+
+    def why(family: Family) -> str:
+        if shares.get(family, 0.0) > FAMILY_SHARE:
+            return f"such laws predict {_percent(shares[family])} of it"
+        return "of a nuisance parameter" if family in nuisances else "of the effect that comes closest"
+
+    families = [f"{FAMILIES[f]} ({why(f)})" for f in found.family]
     return f" {as_sentence(f'{what} is {either(families)}')}" if families else ""
 
 

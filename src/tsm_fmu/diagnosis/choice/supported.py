@@ -25,6 +25,7 @@ from ..criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,
     CONVERGED_SHARE,
     DIFFERENCE_DEVIANCE,
+    EFFECT_SPREAD_SHARE,
     FIT_SPREAD_SHARE,
     FURTHER_EFFECT_SPREAD_SHARE,
     LAW_FORM_SHARE,
@@ -276,7 +277,13 @@ def _within_allowance(
     counts &= ~np.any(better, axis=0)
     if fewer:  # of what is left with it, a surplus effect must explain a notable part: less may mend the model's form
         counts &= np.mean(gains, axis=0) > np.log1p(NOTABLE_RATIO)
-        counts &= one.measured - best.measured > limit  # on the runs that it was fitted to
+        gained = one.measured - best.measured
+        shown = gained > limit  # on the runs that it was fitted to
+        if others:  # whose motion may show little of what is nearly all of a gap of others
+            notable = gained > (NOTABLE_RATIO + DIFFERENCE_DEVIANCE / best.effective) * best.measured
+            mine, least, *_ = pairs[-1]
+            shown |= notable & nearly_removed(mine, least) & (mine - least > EFFECT_SPREAD_SHARE**2 * spread)
+        counts &= shown
     return not counts.any()
 
 

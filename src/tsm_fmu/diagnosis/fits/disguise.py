@@ -46,9 +46,9 @@ def disguised(fitted: Fitted, spec: str) -> bool:
     module = effect_of(spec)
     if "bend" in module.Inputs._fields and angle_stands(fitted, attach(kernel(fitted.model), spec)):
         return True
-    known_drum = _of_known_drum(fitted, spec)
     layers_alone = bool(module.ABOUT.core) and _little_of_it(fitted, spec, module.ABOUT.core)
-    if not known_drum and (layers_alone or _hardly_repeats(fitted, spec)):
+    of_turns = any(shape.scale == "turns" for shape in shapes_of(module).values())
+    if (layers_alone or (of_turns and _hardly_repeats(fitted, spec))) and not _of_known_drum(fitted, spec):
         return True
     scales = [scale for scale in SCALES if not (scale == "width" and layers_alone)]
     for name, shape in shapes_of(module).items():
@@ -99,9 +99,7 @@ def _hardly_repeats(fitted: Fitted, spec: str) -> bool:
     Of a size that a search has chosen a turn may be as long as it takes for a law at one place to come only once.
     """
     one = attach(kernel(fitted.model), spec)
-    size = next((name for name, shape in shapes_of(one.module).items() if shape.scale == "turns"), None)
-    if size is None:
-        return False
+    size = next(name for name, shape in shapes_of(one.module).items() if shape.scale == "turns")
     turn = 2.0 * np.pi * fitted.values[f"{prefix_of(spec)}{size}"]
     places = [np.floor(c.x / turn * ANGLES).astype(np.int64) for c in places_of(fitted)]
     angle, passed = np.unique(np.unique(np.concatenate(places)) % ANGLES, return_counts=True)

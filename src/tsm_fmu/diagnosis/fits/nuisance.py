@@ -22,7 +22,9 @@ from ...models.contract import InputError
 from ...regression.thinning import thinned
 from ..criteria import (
     LAW_FORM_SHARE,
+    LITTLE_SPREAD_SHARE,
     NEARLY_ALL_SHARE,
+    NOTABLE_RATIO,
     NUISANCE_SPREAD_SHARE,
     REFERENCE_RATIO,
     REFERENCED_SHAPE_SPREAD_SHARE,
@@ -379,6 +381,25 @@ def significant_nuisances(
         if (removed > least).any():
             found[spec] = float(np.max(removed / np.maximum(fitted.spread, 1e-300))), less
     return found
+
+
+def most_removing(fitted: Fitted, nuisances: Sequence[str]) -> str | None:
+    """The nuisance effect of a fit that removes most, if that is a notable part and more than next to nothing.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    nuisances : sequence of str
+        All that are nuisance effects.
+    """
+    spread = np.maximum(fitted.spread, 1e-300)
+    found: dict[str, float] = {}
+    for spec in (s for s in fitted.effects if s in nuisances):
+        removed = refit_without(fitted, spec, nuisances).rmse ** 2 - fitted.rmse**2
+        notable = (removed > NOTABLE_RATIO * fitted.rmse**2) & (removed > (LITTLE_SPREAD_SHARE * spread) ** 2)
+        if notable.any():
+            found[spec] = float(np.max(np.where(notable, removed, 0.0) / spread**2))
+    return max(found, key=lambda spec: found[spec], default=None)
 
 
 def corrects_model_form(

@@ -23,7 +23,7 @@ from ..answer.sentence import (
     range_text,
     share_text,
 )
-from ..criteria import CARRIED_OVER_RATIO, NOTABLE_SHARE
+from ..criteria import NOTABLE_SHARE
 from ..evidence import Candidate, Gap, Place
 from ..residual.library import LEGEND
 from ..result import MISSING, Diagnosis
@@ -59,7 +59,7 @@ def _gaps(found: Diagnosis) -> Section | None:
         "all but the least floor as gap. An effect that removes less than the threshold is not named.",
     ]  # fmt: skip
     for channel, g in found.gap.items():
-        if g.holdout_after is not None and g.holdout_after > CARRIED_OVER_RATIO * max(g.after, g.floor):
+        if g.holdout_after is not None and not g.carries_over:
             lines.append(
                 f"Caution: the error of {channel} on the held-out runs is {g.holdout_after / g.after:.2g} times that "
                 "on the measured ones: the fitted model does not fully carry over to their motion."
