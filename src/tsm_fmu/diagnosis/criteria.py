@@ -40,6 +40,13 @@ SEARCH_SAMPLES = 4_000
 SPEED_INPUT_SEARCH_SAMPLES = 8_000
 """The same where the input is a speed: a step then has the mean of the speeds that it stands for, which comes late."""
 
+FEW_SAMPLES_RATIO = 2.0
+"""A refit that leaves so many times as much on all samples has fitted what lies between those of the search: it takes
+more."""
+
+MORE_SAMPLES_RATIO = 4
+"""So many times as many, until that is no longer so, or all are there."""
+
 KEPT_RUN_SAMPLES = 500
 """A run keeps so many, however many runs there are."""
 

@@ -38,7 +38,9 @@ from .choice.visibility import unexcited
 from .criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,
     FAMILY_SHARE,
+    FEW_SAMPLES_RATIO,
     LITTLE_SPREAD_SHARE,
+    MORE_SAMPLES_RATIO,
     NOTABLE_RATIO,
     PRESLIDING_STROKE_SHARE,
     STRONGEST_RATIO,
@@ -259,8 +261,9 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
     SearchInterrupted
         Ctrl-C after the baselines were fitted.
     """
-    holdout, fitted = _baselines(runs, task, progress)
+    times, holdout, fitted = _on_enough_samples(runs, task, progress)
     refitted = fitted.refitted.fitted
+    task = replace(task, runs=refitted.task.runs)
     whole = refitted.at(runs.measured)
     heard, on_reference = tones_left(whole), {}
     if heard:
@@ -269,8 +272,8 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
         progress(f"less what hums at {' and '.join(f'{tone.frequency:.4g} Hz' for tone in heard.values())}")
         held_out = refitted.on(runs.holdout) if runs.holdout else None
         runs = _less_tones(runs, whole, held_out, reference, heard)
-        task = replace(task, runs=thinned_for_search(runs.model, runs.measured, runs.channels))
-        holdout, fitted = _baselines(runs, task, progress)
+        task = replace(task, runs=thinned_for_search(runs.model, runs.measured, runs.channels, times))
+        holdout, fitted = _baselines(runs, task, progress, times)
     try:
         hypotheses = Search(runs.model, fitted, holdout, progress).hypotheses()
         result = select(hypotheses, fitted, holdout, progress)
@@ -306,10 +309,28 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
     return Investigation(runs, task, result, verdict, evidence, heard, met, hidden, inapplicable)
 
 
-def _baselines(runs: PreparedRuns, task: Task, progress: Progress) -> tuple[list[FitRun], Baselines]:
+def _on_enough_samples(runs: PreparedRuns, task: Task, progress: Progress) -> tuple[int, list[FitRun], Baselines]:
+    """How many times the usual samples the search works on, and `_baselines` on these.
+
+    A fit to few samples that leaves far more on all of them has fitted what lies between them: there are too few.
+    """
+    times = 1
+    while True:
+        holdout, fitted = _baselines(runs, task, progress, times)
+        few = fitted.refitted.fitted
+        if (few.at(runs.measured).rmse <= FEW_SAMPLES_RATIO * few.rmse).all():
+            return times, holdout, fitted
+        more = thinned_for_search(runs.model, runs.measured, runs.channels, times * MORE_SAMPLES_RATIO)
+        if all(now.time.size == then.time.size for now, then in zip(more, task.runs, strict=True)):
+            return times, holdout, fitted
+        times, task = times * MORE_SAMPLES_RATIO, replace(task, runs=more)
+        progress(f"{times} times the samples: the fit to fewer of them does not hold on all")
+
+
+def _baselines(runs: PreparedRuns, task: Task, progress: Progress, times: int) -> tuple[list[FitRun], Baselines]:
     """Held-out runs as the search works on them, and the fits before it."""
     holdout, references = (
-        thinned_for_search(runs.model, group, runs.channels) for group in (runs.holdout, runs.reference)
+        thinned_for_search(runs.model, group, runs.channels, times) for group in (runs.holdout, runs.reference)
     )
     return holdout, baselines(task, runs.effects, runs.measured, references, holdout, progress)
 
