@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Protocol
 
 import fmpy
 import fmpy.fmi2
@@ -14,6 +16,7 @@ from fmpy.fmi2 import FMU2Slave
 
 from tsm_fmu.cosim.unpack import unpacked
 from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.fmu.native.zig import loaded_here
 from tsm_fmu.kernels.kernel import Kernel, kernel
 
 Fmus = Callable[[str], Path]
@@ -27,6 +30,25 @@ def fmus(tmp_path_factory) -> Fmus:
     def built(name: str) -> Path:
         path = folder / f"{name}.fmu"
         return path if path.exists() else build_fmu(kernel(name), path)
+
+    return built
+
+
+class NativeFmus(Protocol):
+    def __call__(self, name: str, fmi: int = 2) -> Path: ...
+
+
+@pytest.fixture(scope="session")
+def native_fmus(tmp_path_factory) -> NativeFmus:
+    """``native_fmus(name, fmi)``: a model's FMU in C for this machine alone, built once by all workers of a run."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "native_fmus"
+
+    def built(name: str, fmi: int = 2) -> Path:
+        path = folder / str(fmi) / f"{name}.fmu"  # two workers at once write the same bytes, each file whole
+        if not path.exists():
+            build_fmu(kernel(name), path, flavour="native", fmi=fmi, platforms=loaded_here(fmi))
+        return path
 
     return built
 

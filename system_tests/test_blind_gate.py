@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
 
 import pytest
 
@@ -14,19 +11,12 @@ from benchmarks.blind.generate import write
 from benchmarks.blind.judge import diagnosed
 from benchmarks.blind.score import Scored, scored
 
-PROCESSES = 2
-
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> list[Scored]:
     out, cases = tmp_path_factory.mktemp("blind"), gate()
     truth = write(cases, out)
-    folders: list[Path] = [out / "logs" / case.name for case in cases]
-    wheres: list[Path] = [out / "diagnoses" / case.name for case in cases]
-    # spawned, not forked: simulations may have left threads behind
-    with ProcessPoolExecutor(PROCESSES, multiprocessing.get_context("spawn")) as pool:
-        answers = list(pool.map(diagnosed, folders, wheres))
-    return [scored(c.name, truth[c.name], answer) for c, answer in zip(cases, answers, strict=True)]
+    return [scored(c.name, truth[c.name], diagnosed(out / "logs" / c.name, out / "diagnoses" / c.name)) for c in cases]
 
 
 def of(results: Sequence[Scored], strata: str) -> list[Scored]:

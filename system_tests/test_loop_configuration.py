@@ -14,8 +14,8 @@ BENT_540 = ("uniform", "bends_at_driver", "bends_at_follower", "bends_apart")
 
 
 @pytest.fixture(scope="module")
-def cases(fmus):
-    found = scenario.cases({name: fmus(name) for name in scenario.FMUS})
+def cases(native_fmus):
+    found = scenario.cases({name: native_fmus(name) for name in scenario.FMUS})
     return {name: (system, replace(experiment, stop=10.0)) for name, (system, experiment) in found.items()}
 
 

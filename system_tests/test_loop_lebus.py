@@ -15,9 +15,9 @@ LOAD["m10_540"] = (1.0, 540.0, 0.198)
 
 
 @pytest.fixture(scope="module")
-def cases(fmus):
+def cases(native_fmus):
     """All cases, and those of an ideal drive under names that end in ``.ideal``: they have closed forms."""
-    units = {name: fmus(name) for name in scenario.FMUS}
+    units = {name: native_fmus(name) for name in scenario.FMUS}
     ideal = {
         f"{condition}.{name}.ideal": (
             scenario.loop(

@@ -17,8 +17,8 @@ R_MM = 25.0
 
 
 @pytest.fixture(scope="module")
-def cases(fmus):
-    return scenario.cases({name: fmus(name) for name in scenario.FMUS})
+def cases(native_fmus):
+    return scenario.cases({name: native_fmus(name) for name in scenario.FMUS})
 
 
 def cut(case, stop, step=None):

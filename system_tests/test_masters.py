@@ -5,7 +5,6 @@ All exchange as Jacobi does. The step is a whole number both of nanoseconds, in 
 """
 
 import zipfile
-from functools import cache
 
 import pytest
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]
@@ -14,8 +13,6 @@ from benchmarks import masters
 from tsm_fmu.cosim.master import simulate_system
 from tsm_fmu.cosim.ssp import write_ssp
 from tsm_fmu.cosim.system import check_system
-from tsm_fmu.fmu.build import build_fmu
-from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.scenarios import SCENARIOS
 
 STEPS, STEP = 1237, 2.0**-9
@@ -33,20 +30,13 @@ LOOPS = [
 ]
 
 
-@pytest.fixture(scope="module")
-def native(tmp_path_factory):
-    """The FMU of a model in C, built once."""
-    folder = tmp_path_factory.mktemp("native")
-    return cache(lambda model: build_fmu(kernel(model), folder, flavour="native", platforms=["linux64"]))
-
-
 @pytest.fixture(scope="module", params=LOOPS, ids=lambda loop: f"{loop[0]}-{loop[2]}")
-def loop(request, fmus, native, tmp_path_factory):
+def loop(request, fmus, native_fmus, tmp_path_factory):
     """The .ssp and what ours gives at its end; for containers of a loop with factors the same with gains in FMUs."""
     scenario, case, flavour = request.param
     folder = tmp_path_factory.mktemp("loop")
     module = SCENARIOS[scenario]
-    unit = native if flavour == "native" else fmus
+    unit = native_fmus if flavour == "native" else fmus
     paths = {m: unit(m) for m in module.FMUS}
     cases = module.cases(paths)
     system, experiment = cases[case or next(iter(cases))]

@@ -27,8 +27,8 @@ CASES = (
 
 
 @pytest.fixture(scope="module")
-def cases(fmus):
-    return selected(scenario.cases({name: fmus(name) for name in scenario.FMUS}), CASES)
+def cases(native_fmus):
+    return selected(scenario.cases({name: native_fmus(name) for name in scenario.FMUS}), CASES)
 
 
 @pytest.fixture(scope="module")
@@ -133,7 +133,7 @@ def test_non_periodic_motion_has_the_standard_deviation_of_the_oracle(cases, run
     assert abs(own - ideal.std) <= 1.00056 * math.sqrt(np.mean(apart**2))
 
 
-def test_the_step_response_converges_to_that_of_python_control(fmus):
+def test_the_step_response_converges_to_that_of_python_control(native_fmus):
     """A step of the reference held from the start: the derivative acts on the measurement alone."""
     motor_values = {"efficiency": 1.0, "tau_c": 0.0}
     motor, target = kernel("DcMotor").params(values=motor_values), 0.0173
@@ -145,8 +145,8 @@ def test_the_step_response_converges_to_that_of_python_control(fmus):
     for dt in (1e-3, 5e-4, 2.5e-4):
         system = System(
             (
-                Component("controller", fmus("PidController"), {**design.gains, "r": target}),
-                Component("motor", fmus("DcMotor"), {**motor_values, "tau_load": 0.0}),
+                Component("controller", native_fmus("PidController"), {**design.gains, "r": target}),
+                Component("motor", native_fmus("DcMotor"), {**motor_values, "tau_load": 0.0}),
             ),
             (Connection("controller.u", "motor.u"), Connection("motor.phi", "controller.y")),
         )

@@ -11,7 +11,6 @@ import fmpy
 import numpy as np
 import pytest
 
-from tsm_fmu.fmu.build import build_fmu
 from tsm_fmu.kernels.kernel import kernel
 
 from . import c_host
@@ -24,9 +23,8 @@ WARNINGS = ("-std=c99", "-O1", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror
 
 
 @pytest.fixture(scope="module")
-def fmu(tmp_path_factory) -> Path:
-    path = tmp_path_factory.mktemp("native") / f"{NAME}.fmu"
-    return build_fmu(kernel(NAME), path, name=NAME, flavour="native", platforms=["linux64"])
+def fmu(native_fmus) -> Path:
+    return native_fmus(NAME)
 
 
 @pytest.fixture(scope="module")
@@ -101,13 +99,11 @@ def test_valgrind_finds_nothing_in_the_c_host(program, folder):
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_the_sources_inside_compile_alone_without_a_warning(tmp_path, compiler, fmi):
+def test_the_sources_inside_compile_alone_without_a_warning(native_fmus, tmp_path, compiler, fmi):
     command = [compiler] if shutil.which(compiler) else [sys.executable, "-m", "ziglang", "cc"]
     if compiler == "gcc" and not shutil.which("gcc"):
         pytest.skip("no gcc here: install it")
-    platform = "linux64" if fmi == 2 else "x86_64-linux"
-    path = build_fmu(kernel("DistalEstimator"), tmp_path / "Unit.fmu", flavour="native", fmi=fmi, platforms=[platform])
-    with zipfile.ZipFile(path) as archive:
+    with zipfile.ZipFile(native_fmus("DistalEstimator", fmi)) as archive:
         archive.extractall(tmp_path)
     sources = tmp_path / "sources"
     done = subprocess.run([*command, *WARNINGS, "-fPIC", "-c", "all.c"], cwd=sources, capture_output=True, text=True)
@@ -142,9 +138,8 @@ int main(void)
 """
 
 
-def with_main(name: str, folder: Path) -> Path:
+def with_main(path: Path, folder: Path) -> Path:
     """Sources of a model with a program that steps it."""
-    path = build_fmu(kernel(name), folder / f"{name}.fmu", flavour="native", platforms=["linux64"])
     with zipfile.ZipFile(path) as archive:
         archive.extractall(folder)
     (folder / "sources/main.c").write_text(MAIN.replace("STEP", repr(STEP)))
@@ -167,10 +162,10 @@ def stepped(name: str) -> list[float]:
 
 
 @pytest.mark.parametrize("name", ["TendonDrive", "DcMotor", "PairedTsmFriction", "LebusTransmission"])
-def test_sanitizers_find_nothing(tmp_path, name):
+def test_sanitizers_find_nothing(native_fmus, tmp_path, name):
     if not shutil.which("gcc"):
         pytest.skip("no gcc here: install it")
-    sources = with_main(name, tmp_path)
+    sources = with_main(native_fmus(name), tmp_path)
     flags = [*WARNINGS, "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     subprocess.run(["gcc", *flags, "all.c", "main.c", "-lm", "-o", "checked"], cwd=sources, check=True)
     done = subprocess.run([sources / "checked"], capture_output=True, text=True)
@@ -199,18 +194,16 @@ def test_libcosim_gives_the_same_last_digit(fmu):
     np.testing.assert_allclose(values, expected()[-1], rtol=1e-12)
 
 
-def test_libcosim_knows_no_fmi_3(tmp_path):
+def test_libcosim_knows_no_fmi_3(native_fmus):
     """As `fmus/README.md` says; once it does, the test above is for both versions."""
     from libcosimpy.CosimSlave import CosimLocalSlave
 
-    fmu = build_fmu(kernel(NAME), tmp_path / f"{NAME}.fmu", flavour="native", fmi=3, platforms=["x86_64-linux"])
-    assert not CosimLocalSlave(fmu_path=str(fmu), instance_name="drive").ptr()
+    assert not CosimLocalSlave(fmu_path=str(native_fmus(NAME, 3)), instance_name="drive").ptr()
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_ecos_gives_the_same_last_digit(fmu, tmp_path, fmi):
-    if fmi == 3:
-        fmu = build_fmu(kernel(NAME), tmp_path / f"{NAME}.fmu", flavour="native", fmi=3, platforms=["x86_64-linux"])
+def test_ecos_gives_the_same_last_digit(native_fmus, tmp_path, fmi):
+    fmu = native_fmus(NAME, fmi)
     script = (
         "import json, sys\nfrom ecospy import EcosSimulation, EcosSimulationStructure\n"
         "structure = EcosSimulationStructure()\nstructure.add_model('drive', sys.argv[1])\n"

@@ -188,7 +188,9 @@ def _loop(kernel: Kernel) -> Figure:
     time = np.arange(len(rows)) * STEP
     y = kernel.simulate(kernel.params(), time, rows, compiled=False)
     shown = [(v, y[:, j]) for j, v in enumerate(kernel.outputs)][:3]
-    figure = Figure(figsize=(7.2, 2.6 * len(shown)), layout="constrained")
+    height = 2.6 * len(shown)
+    figure = Figure(figsize=(7.2, height))  # margins by hand: a layout that is solved for draws everything twice
+    figure.subplots_adjust(left=0.12, right=0.98, bottom=0.48 / height, top=1.0 - 0.1 / height, hspace=0.28)
     for axes, (v, values) in zip(np.atleast_1d(figure.subplots(len(shown), 1)), shown, strict=True):
         over = display(kernel.inputs[0].quantity.unit) if kernel.inputs else None
         x = rows[:, 0] * over.factor if over else time
@@ -214,22 +216,24 @@ def _change(kernel: Kernel) -> Figure | None:
     signals["temperature"] = 283.15 + 15.0 * load
     signals["x_pre"] = np.full(time.size, 0.05)
     inputs = np.column_stack([signals[i.name] for i in kernel.inputs])
-    best: tuple[float, Any] | None = None
+    best: tuple[float, tuple[str, float]] | None = None
     for parameter in kernel.parameters:
         for size in np.geomspace(1e-3, 30.0, 24):
             for sign in (1.0, -1.0):
                 try:
                     p = kernel.params(None, {parameter.name: parameter.start + sign * size})
-                    y = kernel.simulate(p, time, inputs, compiled=False)[:, 0]
+                    y = kernel.simulate(p, time[::3], inputs[::3], compiled=False)[:, 0]  # enough for the size
                 except InputError:
                     continue
-                off = abs(float(np.std(y - z)) / float(np.std(z)) - SHARE)
+                off = abs(float(np.std(y - z[::3])) / float(np.std(z)) - SHARE)
                 if best is None or off < best[0] - 1e-9:
-                    best = (off, (parameter.name, parameter.start + sign * size, y))
+                    best = (off, (parameter.name, parameter.start + sign * size))
     if best is None:
         return None
-    name, value, y = best[1]
-    figure = Figure(figsize=(7.2, 3.2), layout="constrained")
+    name, value = best[1]
+    y = kernel.simulate(kernel.params(None, {name: value}), time, inputs, compiled=False)[:, 0]
+    figure = Figure(figsize=(7.2, 3.2))
+    figure.subplots_adjust(left=0.1, right=0.98, bottom=0.15, top=0.97, wspace=0.22)
     left, right = figure.subplots(1, 2)
     for axes, over, label in ((left, x, "x"), (right, time, "time")):
         axes.plot(over, z, color="#8a949c", lw=1.2, label="without")

@@ -11,6 +11,7 @@ from tsm_fmu.cosim.master import simulate_system
 from tsm_fmu.cosim.step_study import compared
 from tsm_fmu.cosim.system import Component, Connection, Experiment, Link, System, check_system
 from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.fmu.native.zig import loaded_here
 from tsm_fmu.kernels.kernel import kernel
 
 STIFFNESS, POINTS = 37.3, 83
@@ -52,7 +53,8 @@ def test_what_the_coupling_loses_vanishes_with_the_step(held):
 @pytest.fixture(scope="module")
 def drive(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bond")
-    fmus = {m: build_fmu(kernel(m), folder, flavour="native") for m in ("DcMotor", "RotationalLoad")}
+    models = ("DcMotor", "RotationalLoad")
+    fmus = {m: build_fmu(kernel(m), folder, flavour="native", platforms=loaded_here()) for m in models}
     load = {"k": 0.31, "d": 0.0}
     return System(
         (Component("motor", fmus["DcMotor"], {"u": 3.7}), Component("load", fmus["RotationalLoad"], load)),
@@ -97,7 +99,7 @@ def test_the_order_of_exchange_is_said_to_matter_where_it_does(drive):
 @pytest.mark.parametrize("method", ["gauss-seidel", "jacobi"])
 def test_springs_that_a_sum_adds_up_have_a_bond_each(drive, tmp_path, method):
     """Each takes what it holds; what the motor gives them goes there as the step goes to zero."""
-    total = build_fmu(kernel("Sum"), tmp_path / "Sum.fmu", flavour="native")
+    total = build_fmu(kernel("Sum"), tmp_path / "Sum.fmu", flavour="native", platforms=loaded_here())
     motor, load = drive.components
     stiffness = (0.31, 0.17)
     system = System(

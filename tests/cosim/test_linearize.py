@@ -18,6 +18,7 @@ from tsm_fmu.cosim.ssp import write_ssp
 from tsm_fmu.cosim.system import Component, Connection, Experiment, System
 from tsm_fmu.cosim.unpack import unpacked
 from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.fmu.native.zig import loaded_here
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.scenarios.pid_design import motor_model
 
@@ -192,7 +193,7 @@ def test_a_unit_that_gives_its_derivatives_is_linearised_by_them(in_c):
 
 
 def test_the_first_answer_of_our_units_is_their_own_directional_derivative(tmp_path):
-    fmu = build_fmu(kernel("DcMotor"), tmp_path / "DcMotor.fmu", flavour="native")
+    fmu = build_fmu(kernel("DcMotor"), tmp_path / "DcMotor.fmu", flavour="native", platforms=loaded_here())
     system = System((Component("m", fmu, {"u": 0.73, "tau_load": 0.0}),), ())
     found = linearize_case((system, Experiment(1.0, 1e-3)), "m.u", "m.omega", 0.1, opened=False, horizon=0.1)
     description = describe(fmu)

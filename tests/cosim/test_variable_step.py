@@ -14,6 +14,7 @@ from tsm_fmu.cosim.master import simulate_system
 from tsm_fmu.cosim.ssp import write_ssp
 from tsm_fmu.cosim.system import Component, Connection, Experiment, System
 from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.fmu.native.zig import loaded_here
 from tsm_fmu.kernels.kernel import kernel
 
 
@@ -21,7 +22,8 @@ from tsm_fmu.kernels.kernel import kernel
 def plant(tmp_path_factory):
     """A motor whose load is a spring, in native code: it saves its state."""
     folder = tmp_path_factory.mktemp("variable")
-    return {m: build_fmu(kernel(m), folder, flavour="native") for m in ("DcMotor", "RotationalLoad", "ReferenceSignal")}
+    models = ("DcMotor", "RotationalLoad", "ReferenceSignal")
+    return {m: build_fmu(kernel(m), folder, flavour="native", platforms=loaded_here()) for m in models}
 
 
 def oscillator(plant):

@@ -11,6 +11,7 @@ from fmpy import read_model_description
 from tsm_fmu.card import ModelCard, read_card, write_card
 from tsm_fmu.effects import EFFECTS, id_of, place_of, words
 from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.fmu.native.zig import loaded_here
 from tsm_fmu.kernels import compiled_cache
 from tsm_fmu.kernels.chain import attach, chain
 from tsm_fmu.kernels.drives import Drive, read_drives, text_of
@@ -97,7 +98,7 @@ def test_card_and_fmu_have_the_input(tmp_path: Path, flavour: str, fmi: int) -> 
     found = read_card(tmp_path / "card.toml").kernel()
     assert found.module.EFFECTS == specs, path
     assert [(v.name, v.quantity.unit) for v in found.inputs] == [("v", "m/s"), ("T_in", "N"), ("x", "m")]
-    fmu = build_fmu(found, tmp_path / "f.fmu", flavour=flavour, fmi=fmi)
+    fmu = build_fmu(found, tmp_path / "f.fmu", flavour=flavour, fmi=fmi, platforms=loaded_here(fmi))
     described = read_model_description(str(fmu)).modelVariables
     assert {(v.name, v.unit) for v in described if v.causality == "input"} == {("v", "m/s"), ("T_in", "N"), ("x", "m")}
 
@@ -122,7 +123,7 @@ def test_a_chain_driven_by_a_column_is_made_where_nothing_can_be_kept(monkeypatc
 @pytest.mark.parametrize(("flavour", "fmi"), [("python", 2), ("native", 3)])
 def test_a_temperature_that_nobody_connects_is_that_of_a_room(tmp_path: Path, flavour: str, fmi: int) -> None:
     k = chain("TendonDrive", ("temperature_dependence~oil[K]",))
-    fmu = build_fmu(k, tmp_path / "f.fmu", flavour=flavour, fmi=fmi)
+    fmu = build_fmu(k, tmp_path / "f.fmu", flavour=flavour, fmi=fmi, platforms=loaded_here(fmi))
     starts = {v.name: v.start for v in read_model_description(str(fmu)).modelVariables if v.causality == "input"}
     assert float(starts["oil"]) == 293.15
     assert float(starts["x_in"]) == 0.0

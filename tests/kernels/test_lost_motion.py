@@ -10,6 +10,7 @@ import pytest
 from tsm_fmu.cosim.replay import replay
 from tsm_fmu.effects import EFFECTS
 from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.fmu.native.zig import loaded_here
 from tsm_fmu.kernels.chain import attach, chain
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record
@@ -113,7 +114,7 @@ def test_the_fmu_does_the_same(tmp_path: Path, flavour: str) -> None:
     found = chain("PairedTsmBacklash", ("load_dependence@x_out~f[N]", "thermal@x_out"))
     names, values = [v.name for v in found.inputs], {"x_out.load_dependence.k": 0.07, "x_out.thermal.d": 0.4}
     inputs = inputs_of(names)
-    fmu = build_fmu(found, tmp_path / "f.fmu", flavour=flavour, start_values=values)
+    fmu = build_fmu(found, tmp_path / "f.fmu", flavour=flavour, start_values=values, platforms=loaded_here())
     columns = {**dict(zip(names, inputs.T, strict=True)), "x_out": 0.0 * T, "x_h": 0.0 * T}
     units = {v.name: v.quantity.unit for v in (*found.inputs, *found.outputs)}
     run = replay(fmu, Record("r", T, columns, units), parameters=values)

@@ -60,11 +60,18 @@ def thinned(x: ArrayLike, y: ArrayLike, most: int = MOST_POINTS) -> tuple[NDArra
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     if x.size <= most:
         return x, y
-    keep = {0, x.size - 1}
-    for part in np.array_split(np.arange(x.size), (most - 2) // 2):
-        if np.any(np.isfinite(y[part])):
-            keep.update((int(part[np.nanargmin(y[part])]), int(part[np.nanargmax(y[part])])))
-    order = np.array(sorted(keep))
+    bins = (most - 2) // 2
+    size, longer = divmod(x.size, bins)
+    keep = [np.array([0, x.size - 1])]
+    begin = 0
+    for count, length in ((longer, size + 1), (bins - longer, size)):  # bins of the same length all at once
+        values = y[begin : begin + count * length].reshape(count, length)
+        first = begin + length * np.arange(count)
+        begin += count * length
+        some, unknown = np.isfinite(values).any(axis=1), np.isnan(values)
+        lowest, highest = np.where(unknown, np.inf, values), np.where(unknown, -np.inf, values)
+        keep += [(first + at)[some] for at in (lowest.argmin(axis=1), highest.argmax(axis=1))]
+    order = np.unique(np.concatenate(keep))
     return x[order], y[order]
 
 

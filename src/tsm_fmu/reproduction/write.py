@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -77,13 +78,13 @@ def write_reproduction(out: Path, done: Reproduction, *, complete: bool = True) 
     mark = "" if complete else ".incomplete"
     names = {"report": ("report", "html"), "csv": ("claims", "csv"), "json": ("claims", "json")}
     paths = {kind: out / f"{stem}{mark}.{ending}" for kind, (stem, ending) in names.items()}
-    contents = {
-        "report": page_html(done),
-        "csv": text.getvalue(),
-        "json": json.dumps(as_json(done), indent=2) + "\n",
+    contents: dict[str, Callable[[], str]] = {
+        "csv": text.getvalue,
+        "json": lambda: json.dumps(as_json(done), indent=2) + "\n",
+        "report": lambda: page_html(done),  # last: its plots take seconds, and a place that refuses is known before
     }
     earlier = [f"{stem}{m}.{ending}" for stem, ending in names.values() for m in {mark, ".incomplete"}]
     remove_earlier(out, earlier)
-    for kind, path in paths.items():
-        write_whole(path, contents[kind])
+    for kind, content in contents.items():
+        write_whole(paths[kind], content())
     return paths

@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -69,12 +70,12 @@ class LinearizeResult:
         """The state space of python-control (`control.StateSpace`), its ports by name with ``_`` for a dot."""
         return self.linear.model
 
-    @property
+    @cached_property
     def margins(self) -> Margins | None:
         """Margins, where one loop was open; `loops` has those of several."""
         return self.linear.margins() if self.linear.opened and self.linear.single else None
 
-    @property
+    @cached_property
     def design_margins(self) -> Margins | None:
         """Margins of the design in the same range of frequencies."""
         if self.design is None:
@@ -82,7 +83,7 @@ class LinearizeResult:
         omega = self._frequencies()
         return margins(np.asarray(self.design(1j * omega)), omega)
 
-    @property
+    @cached_property
     def loops(self) -> dict[str, Margins]:
         """Margins by input, of several loops open where their outputs return: of each with the others closed."""
         if self.linear.single:
