@@ -19,7 +19,6 @@ from ..cosim.cases import run_cases
 from ..cosim.ssp import Case
 from ..cosim.trajectory import SimulationStopped, Trajectory
 from ..fmu.build import build_fmu
-from ..fmu.native.zig import loaded_here
 from ..kernels.chain import chain
 from ..kernels.kernel import kernel
 
@@ -54,10 +53,8 @@ def _folder() -> Path:
 def _fmu(spec: str) -> Path:
     model, *effects = spec.split("+")
     built = chain(model, tuple(effects)) if effects else kernel(model)
-    name, place = re.sub(r"\W", "_", spec), loaded_here()
-    # the same bits in C, at a third of the time for all papers with what the compiler takes
-    flavour = "native" if place else "python"
-    return build_fmu(built, _folder() / f"{name}.fmu", name=name, flavour=flavour, platforms=place)
+    name = re.sub(r"\W", "_", spec)
+    return build_fmu(built, _folder() / f"{name}.fmu", name=name)
 
 
 def co_simulate(cases: Mapping[str, Case], record: Sequence[str] | None = None) -> dict[str, Trajectory]:

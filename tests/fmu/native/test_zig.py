@@ -162,20 +162,3 @@ def test_this_machine_compiles_with_its_own_compiler_or_with_zig(monkeypatch) ->
     ):
         monkeypatch.setattr(shutil, "which", there.get)
         assert c_compiler() == expected
-
-
-@pytest.mark.parametrize(
-    ("system", "processor", "fmi", "folders"),
-    [
-        ("linux", "x86_64", 2, ("linux64",)),
-        ("linux", "aarch64", 2, ()),  # FMI 2.0 names no such platform
-        ("linux", "aarch64", 3, ("aarch64-linux",)),
-        ("win32", "AMD64", 2, ("win64",)),
-        ("darwin", "arm64", 3, ("aarch64-darwin",)),
-        ("sunos5", "x86_64", 2, ()),
-    ],
-)
-def test_this_machine_loads_the_library_of_its_system_and_processor(monkeypatch, system, processor, fmi, folders):
-    monkeypatch.setattr(zig.sys, "platform", system)
-    monkeypatch.setattr(zig.machine, "machine", lambda: processor)
-    assert zig.loaded_here(fmi) == folders

@@ -7,7 +7,6 @@ then kept in the user's cache folder.
 from __future__ import annotations
 
 import os
-import platform as machine
 import re
 import shutil
 import subprocess
@@ -111,21 +110,6 @@ def binaries(
         with ThreadPoolExecutor(min(len(wanted), os.cpu_count() or 1)) as pool:
             found = pool.map(lambda p: (_place(p, name, fmi), _library(p, Path(place), main, name)), wanted)
             return dict(found)
-
-
-def loaded_here(fmi: int = 2) -> tuple[str, ...]:
-    """Folder of the library that this machine loads; empty, which means all of them, where there is none for it.
-
-    Parameters
-    ----------
-    fmi : int
-        2 or 3.
-    """
-    system = {"linux": "linux", "win32": "windows", "darwin": "macos"}.get(sys.platform)
-    processor = {"AMD64": "x86_64", "arm64": "aarch64"}.get(machine.machine(), machine.machine())
-    return tuple(
-        p.folders[fmi] for p in PLATFORMS if fmi in p.folders and p.target.split("-")[:2] == [processor, system]
-    )
 
 
 def _place(platform: Platform, name: str, fmi: int) -> str:
