@@ -1,10 +1,13 @@
 """Unit texts: what people write, what FMI writes, and what must not be guessed."""
 
 import math
+from pathlib import Path
 
 import pytest
 
+from tsm_fmu.kernels.compiled_cache import VARIABLE
 from tsm_fmu.kernels.kernel import Kernel
+from tsm_fmu.logs import units
 from tsm_fmu.logs.units import same_quantity, unit_to_si
 from tsm_fmu.models import MODELS
 from tsm_fmu.models.contract import InputError
@@ -65,3 +68,48 @@ def test_every_declared_unit_is_read_and_coherent():
         found = unit_to_si(unit)
         assert (found.factor, found.offset) == (1.0, 0.0), unit
         assert same_quantity(found.si, unit), unit
+
+
+@pytest.fixture
+def kept_units(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """``kept_units()``: the files that processes keep of pint's definitions, in a folder of this test."""
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "kept"))
+    units._registry.cache_clear()
+    yield lambda: sorted((tmp_path / "kept").glob("units-*/*.pickle"))
+    units._registry.cache_clear()
+
+
+def length_of_an_inch() -> float:
+    """As a new process has it."""
+    units._registry.cache_clear()
+    return units._registry().Quantity(1.0, "inch").to("m").magnitude
+
+
+def test_definitions_are_kept_for_later_processes(kept_units) -> None:
+    assert length_of_an_inch() == pytest.approx(0.0254)
+    (*_, last) = files = kept_units()
+    before = last.read_bytes(), last.stat().st_mtime_ns
+    assert length_of_an_inch() == pytest.approx(0.0254)
+    assert kept_units() == files
+    assert (last.read_bytes(), last.stat().st_mtime_ns) == before
+
+
+@pytest.mark.parametrize("damage", [b"", b"no pickle", None])
+def test_definitions_that_are_damaged_are_read_anew(kept_units, damage: bytes | None) -> None:
+    assert length_of_an_inch() == pytest.approx(0.0254)
+    for path in kept_units():
+        path.write_bytes(path.read_bytes()[:-20] if damage is None else damage)
+    assert length_of_an_inch() == pytest.approx(0.0254)
+    assert kept_units() == []
+    assert length_of_an_inch() == pytest.approx(0.0254)
+    assert kept_units()
+
+
+def test_where_nothing_is_or_can_be_kept_units_are_read_all_the_same(
+    kept_units, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "kept").write_text("a file where the folder would be")
+    assert length_of_an_inch() == pytest.approx(0.0254)
+    monkeypatch.setenv(VARIABLE, "")
+    assert length_of_an_inch() == pytest.approx(0.0254)
+    assert kept_units() == []

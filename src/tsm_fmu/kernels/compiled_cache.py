@@ -27,7 +27,7 @@ PACKAGES = ("models", "effects")
 """Where kernels and what they call are written."""
 OWN = tuple(f"{(__package__ or '').rpartition('.')[0]}.{package}." for package in PACKAGES)
 VARIABLE = "TSM_FMU_CACHE"
-"""Environment variable with another folder for compiled kernels; empty for none."""
+"""Environment variable with another folder for what is kept; empty for none."""
 SETTING = "CACHE_DIR"
 """numba's, read when a function is decorated."""
 _SETTING_LOCK = threading.RLock()
@@ -40,10 +40,10 @@ KEPT_DAYS = 30.0
 @cache
 def folder() -> Path | None:
     """Folder for the compiled form of the kernels as they are now; None where nothing can be written."""
-    chosen = os.environ.get(VARIABLE)
-    if chosen == "":
+    root = cache_root()
+    if root is None:
         return None
-    found = (Path(chosen) if chosen else _usual() / "tsm-fmu") / kernels_state(Path(__file__).parents[1])
+    found = root / kernels_state(Path(__file__).parents[1])
     try:
         if not found.is_dir():
             found.mkdir(parents=True)
@@ -52,6 +52,14 @@ def folder() -> Path | None:
     except OSError:
         return None
     return found if os.access(found, os.W_OK) else None
+
+
+def cache_root() -> Path | None:
+    """Folder of all that is kept for later processes; None where nothing is to be. It need not exist."""
+    chosen = os.environ.get(VARIABLE)
+    if chosen == "":
+        return None
+    return Path(chosen) if chosen else _usual() / "tsm-fmu"
 
 
 def written(name: str, text: str) -> str:

@@ -7,11 +7,16 @@ angle. Here the radian counts as a base unit: ``deg`` and ``rpm`` convert, ``Hz`
 from __future__ import annotations
 
 import math
+import os
 import re
+import shutil
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from ..kernels.compiled_cache import cache_root
 from ..models.contract import InputError
 from ..models.unit_text import written
 
@@ -149,9 +154,24 @@ def same_quantity(a: str, b: str) -> bool:
 
 @cache
 def _registry() -> UnitRegistry:
-    import pint  # a third of a second: only those who read units pay
+    """Pint's units, from what an earlier process has read of their definitions: that takes a third of a second."""
+    import pint  # it too: only those who read units pay
 
-    return pint.UnitRegistry()
+    root = cache_root()
+    if root is None:
+        return pint.UnitRegistry()
+    folder = root / f"units-{pint.__version__}"
+    try:
+        if not folder.is_dir():
+            root.mkdir(parents=True, exist_ok=True)
+            with TemporaryDirectory(dir=root) as scratch:  # whole, or not there: another process may read it at once
+                pint.UnitRegistry(cache_folder=f"{scratch}/made")
+                with suppress(OSError):  # another was first
+                    os.replace(f"{scratch}/made", folder)
+        return pint.UnitRegistry(cache_folder=folder)
+    except Exception:  # damaged, or not to be written: whatever unpickling meets, the definitions themselves are there
+        shutil.rmtree(folder, ignore_errors=True)
+        return pint.UnitRegistry()
 
 
 def _pint_text(text: str) -> str:
