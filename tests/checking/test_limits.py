@@ -271,6 +271,16 @@ def test_a_channel_is_stuck_while_another_position_moves_over_three_tenths_of_it
         )
 
 
+def test_a_drive_that_rests_is_not_stuck_for_a_spike_of_another_position() -> None:
+    t = 0.01 * np.arange(2001.0)
+    moving = np.clip(t - 8.0, 0.0, None)
+    x = 0.4 * np.sin(2.0 * moving) * (t > 8.0) + 0.2 * np.sin(2.0 * np.minimum(t, np.pi))
+    y = 0.9 * x + 1e-4 * np.random.default_rng(4).normal(size=t.size)
+    y[[571, 702]] += (1.7, -1.6)
+    run = record(t, x_in=x, x_out=y)
+    assert check_stuck(run, "x_in", Positions.of(run)) == []
+
+
 @pytest.mark.parametrize(("repeats", "stuck"), [(29, False), (32, True)])
 def test_a_noisy_force_is_stuck_where_it_repeats_thirty_times_longer_than_ever(repeats: int, stuck: bool) -> None:
     force = np.random.default_rng(3).normal(0.0, 1.0, 4000)

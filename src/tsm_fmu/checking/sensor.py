@@ -25,6 +25,7 @@ from .criteria import (
     VISITS_CUT_SHARE,
 )
 from .finding import Finding, finding, rows_text, shown
+from .spikes import without_spikes
 
 __all__ = ["Positions", "check_clipping", "check_quantisation", "check_stuck"]
 
@@ -75,7 +76,7 @@ def check_clipping(record: Record, name: str, step: float, window: int) -> list[
 
 @dataclass(frozen=True)
 class Positions:
-    """The channels that are positions, side by side: of thousands of them each is compared with all at once.
+    """The channels that are positions, less their spikes: of thousands of them each is compared with all at once.
 
     Attributes
     ----------
@@ -92,7 +93,8 @@ class Positions:
     def of(cls, record: Record) -> Positions:
         """Those of a record."""
         names = tuple(position_channels(record))
-        values = np.column_stack([record.columns[n] for n in names]) if names else np.empty((record.time.size, 0))
+        columns = [without_spikes(record.columns[n], record.time) for n in names]  # a glitch is no motion
+        values = np.column_stack(columns) if names else np.empty((record.time.size, 0))
         return cls(names, values, np.ptp(values, axis=0))
 
     def travel(self, first: int, last: int) -> float:
