@@ -14,7 +14,6 @@ from ..effects import id_of
 from ..effects.about import Family
 from ..kernels.arrays import BoolArray, FloatArray
 from ..logs.record import Record
-from .criteria import CARRIED_OVER_RATIO
 
 
 @dataclass(frozen=True)
@@ -80,11 +79,6 @@ class Gap:
     threshold: float = 0.0
     reference: float | None = None
     unexplained: bool = False
-
-    @property
-    def carries_over(self) -> bool:
-        """Whether held-out runs, if there are any, are predicted about as well as the measured ones."""
-        return self.holdout_after is None or self.holdout_after <= CARRIED_OVER_RATIO * max(self.after, self.floor)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,14 @@ from ...effects import FAMILIES, about, words
 from ...effects.about import Family
 from ...logs.display import Display, display
 from ...models.contract import with_unit
-from ..criteria import ABOVE_FLOOR_RATIO, CHANGED_SHARE, FAMILY_SHARE, NOTABLE_SHARE, SURE_FLOOR_SHARE
+from ..criteria import (
+    ABOVE_FLOOR_RATIO,
+    CARRIED_OVER_RATIO,
+    CHANGED_SHARE,
+    FAMILY_SHARE,
+    NOTABLE_SHARE,
+    SURE_FLOOR_SHARE,
+)
 from ..evidence import Candidate, Gap, ParameterChange, Place
 from ..result import Diagnosis
 
@@ -35,7 +42,7 @@ def answer(found: Diagnosis) -> str:
         how = f" ({changes})" if changes else ""
         beside = _nuisances(found)
         more = f" with {beside} (nuisance parameters, too small to be named)" if beside else ""
-        elsewhere = [c for c, g in found.gap.items() if not g.carries_over]
+        elsewhere = [c for c, g in found.gap.items() if not carries_over(g)]
         of = " of the measured runs" if elsewhere else ""
         text = f"No effect named: other parameter values{more} close the gap{of}{how}. {as_sentence(numbers)}"
         if elsewhere:
@@ -203,6 +210,11 @@ def leading_place(found: Diagnosis, channel: str) -> Place | None:
 def _notable(p: Place, channel: str, *, bands: bool = False) -> bool:
     known = p.channel == channel and p.significant and p.explained - p.chance > NOTABLE_SHARE
     return known and (bands or p.unit != "Hz")
+
+
+def carries_over(g: Gap) -> bool:
+    """Whether held-out runs, if there are any, are predicted about as well as the measured ones."""
+    return g.holdout_after is None or g.holdout_after <= CARRIED_OVER_RATIO * max(g.after, g.floor)
 
 
 def errors_text(channel: str, g: Gap) -> str:

@@ -15,6 +15,7 @@ from ..answer.sentence import (
     TOO_LITTLE,
     as_sentence,
     best_wrong,
+    carries_over,
     changes_text,
     closure_text,
     leading_channel,
@@ -59,7 +60,7 @@ def _gaps(found: Diagnosis) -> Section | None:
         "all but the least floor as gap. An effect that removes less than the threshold is not named.",
     ]  # fmt: skip
     for channel, g in found.gap.items():
-        if g.holdout_after is not None and not g.carries_over:
+        if g.holdout_after is not None and not carries_over(g):
             lines.append(
                 f"Caution: the error of {channel} on the held-out runs is {g.holdout_after / g.after:.2g} times that "
                 "on the measured ones: the fitted model does not fully carry over to their motion."
