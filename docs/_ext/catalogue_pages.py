@@ -233,7 +233,7 @@ def _change(kernel: Kernel) -> Figure | None:
     name, value = best[1]
     y = kernel.simulate(kernel.params(None, {name: value}), time, inputs, compiled=False)[:, 0]
     figure = Figure(figsize=(7.2, 3.2))
-    figure.subplots_adjust(left=0.1, right=0.98, bottom=0.15, top=0.97, wspace=0.22)
+    figure.subplots_adjust(left=0.1, right=0.98, bottom=0.15, top=0.97, wspace=0.28)
     left, right = figure.subplots(1, 2)
     for axes, over, label in ((left, x, "x"), (right, time, "time")):
         axes.plot(over, z, color="#8a949c", lw=1.2, label="without")
