@@ -30,12 +30,6 @@ VERSIONS = pytest.mark.parametrize("fmi", [2, 3])
 DISCARD, ERROR = 2, 3
 
 
-@pytest.fixture(scope="session")
-def native(native_fmus):
-    """``native(name, fmi)``: a native FMU of a model for this machine alone."""
-    return native_fmus
-
-
 def driven(unit: Unit, k: Kernel, u: np.ndarray, first: int, last: int) -> list[list[float]]:
     rows = []
     for n in range(first, last):
@@ -47,7 +41,7 @@ def driven(unit: Unit, k: Kernel, u: np.ndarray, first: int, last: int) -> list[
 
 @VERSIONS
 @pytest.mark.parametrize("module", MODELS, ids=lambda m: m.NAME)
-def test_the_numbers_are_those_of_plain_python(native, module, fmi):
+def test_the_numbers_are_those_of_plain_python(native_fmus, module, fmi):
     k = Kernel(module)
     time = STEP * np.arange(120)
     u = wandering_inputs(k, time)
@@ -58,17 +52,17 @@ def test_the_numbers_are_those_of_plain_python(native, module, fmi):
     for n in range(1, time.size):
         s, o = module.step(p, s, module.Inputs(*map(float, u[n])), float(dt[n - 1]))
         expected.append(list(o))
-    with opened(native(k.name, fmi)) as unit:
+    with opened(native_fmus(k.name, fmi)) as unit:
         unit.initialise(**dict(zip((v.name for v in k.inputs), u[0], strict=True)))
         assert driven(unit, k, u, 1, time.size) == expected
 
 
 @pytest.mark.parametrize("module", MODELS, ids=lambda m: m.NAME)
-def test_no_model_keeps_memory_of_its_lives(native, tmp_path, module):
+def test_no_model_keeps_memory_of_its_lives(native_fmus, tmp_path, module):
     """`python -m benchmarks.soak` does this a million times, with ten million steps."""
     if not shutil.which("gcc"):
         pytest.skip("no gcc here: install it")
-    path = native(module.NAME, 2)
+    path = native_fmus(module.NAME, 2)
     with zipfile.ZipFile(path) as archive:
         library = Path(archive.extract(f"binaries/linux64/{module.NAME}.so", tmp_path))
     soak = {"LIVES": 40_000, "STEPS": 40_000}
@@ -79,10 +73,10 @@ def test_no_model_keeps_memory_of_its_lives(native, tmp_path, module):
 
 
 @VERSIONS
-def test_states_saved_serialised_and_restored_repeat_to_the_last_bit(native, fmi):
+def test_states_saved_serialised_and_restored_repeat_to_the_last_bit(native_fmus, fmi):
     k = kernel("LebusTransmission")
     u = wandering_inputs(k, STEP * np.arange(120))
-    with opened(native(k.name, fmi)) as unit, opened(native(k.name, fmi), name="two") as other:
+    with opened(native_fmus(k.name, fmi)) as unit, opened(native_fmus(k.name, fmi), name="two") as other:
         unit.initialise(**dict(zip((v.name for v in k.inputs), u[0], strict=True)))
         driven(unit, k, u, 1, 60)
         state = unit.save()
@@ -111,8 +105,8 @@ def test_states_saved_serialised_and_restored_repeat_to_the_last_bit(native, fmi
         ({"x_in": math.nan}, "input x_in = nan at the start -- expected a finite number"),
     ],
 )
-def test_wrong_values_are_an_error_with_pythons_sentence_and_a_reset_recovers(native, values, sentence, fmi):
-    with opened(native("PairedTsmBacklash", fmi)) as unit:
+def test_wrong_values_are_an_error_with_pythons_sentence_and_a_reset_recovers(native_fmus, values, sentence, fmi):
+    with opened(native_fmus("PairedTsmBacklash", fmi)) as unit:
         with pytest.raises(FMICallException) as refused:
             unit.initialise(**values)
         assert refused.value.status == ERROR
@@ -131,15 +125,15 @@ def test_wrong_values_are_an_error_with_pythons_sentence_and_a_reset_recovers(na
 
 
 @VERSIONS
-def test_a_step_is_a_discard_only_where_a_smaller_one_helps(native, fmi):
-    with opened(native("LebusWinding", fmi)) as unit:
+def test_a_step_is_a_discard_only_where_a_smaller_one_helps(native_fmus, fmi):
+    with opened(native_fmus("LebusWinding", fmi)) as unit:
         unit.initialise(theta=1.0, T=2.0)
         unit.set(theta=-1.0)
         with pytest.raises(FMICallException) as refused:
             unit.step(0.0, 0.1)
         assert refused.value.status == ERROR
         assert "theta is negative -- the grooves begin at 0" in unit.log[-1]
-    with opened(native("ReferenceSignal", fmi)) as unit:  # w t overflows, and its sine is no number
+    with opened(native_fmus("ReferenceSignal", fmi)) as unit:  # w t overflows, and its sine is no number
         unit.initialise()
         with pytest.raises(FMICallException) as refused:
             unit.step(0.0, 1.7e308)
@@ -150,8 +144,8 @@ def test_a_step_is_a_discard_only_where_a_smaller_one_helps(native, fmi):
 
 
 @VERSIONS
-def test_calls_out_of_order_and_wrong_variables_are_errors_that_leave_the_rest_as_it_was(native, fmi):
-    with opened(native("PairedTsmBacklash", fmi)) as unit:
+def test_calls_out_of_order_and_wrong_variables_are_errors_that_leave_the_rest_as_it_was(native_fmus, fmi):
+    with opened(native_fmus("PairedTsmBacklash", fmi)) as unit:
         for call in (lambda: unit.step(0.0, 0.1), lambda: unit.get("x_out"), unit.slave.terminate):
             with pytest.raises(FMICallException) as refused:
                 call()
@@ -173,27 +167,27 @@ def test_calls_out_of_order_and_wrong_variables_are_errors_that_leave_the_rest_a
 
 @VERSIONS
 @pytest.mark.parametrize("name", ["TendonDrive", "LebusTransmission", "DcMotor"])
-def test_terminals_are_valid_and_name_variables_of_the_unit(native, name, fmi):
+def test_terminals_are_valid_and_name_variables_of_the_unit(native_fmus, name, fmi):
     schema = etree.XMLSchema(etree.parse(Path(fmpy.__file__).parent / "schema/fmi3/fmi3TerminalsAndIcons.xsd"))
-    with zipfile.ZipFile(native(name, fmi)) as archive:
+    with zipfile.ZipFile(native_fmus(name, fmi)) as archive:
         root = etree.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
         assert archive.read("terminalsAndIcons/icon.png").startswith(b"\x89PNG")
         assert ("model.png" in archive.namelist()) == (fmi == 2)
     schema.assertValid(root)
     members = [member.get("variableName") for member in root.iter("TerminalMemberVariable")]
-    described = fmpy.read_model_description(str(native(name, fmi)))
+    described = fmpy.read_model_description(str(native_fmus(name, fmi)))
     assert members
     assert set(members) <= {v.name for v in described.modelVariables if v.causality in ("input", "output")}
 
 
 @VERSIONS
-def test_a_foreign_guid_is_refused(native, fmi):
-    with pytest.raises(Exception, match=r"[Ii]nstantiate"), opened(native("Sum", fmi), guid="{foreign}"):
+def test_a_foreign_guid_is_refused(native_fmus, fmi):
+    with pytest.raises(Exception, match=r"[Ii]nstantiate"), opened(native_fmus("Sum", fmi), guid="{foreign}"):
         pass
 
 
 @VERSIONS
-def test_two_versions_side_by_side_and_many_instances_share_nothing(native, tmp_path, fmi):
+def test_two_versions_side_by_side_and_many_instances_share_nothing(native_fmus, tmp_path, fmi):
     other = build_fmu(
         kernel("PairedTsmBacklash"),
         tmp_path / "other.fmu",
@@ -203,7 +197,7 @@ def test_two_versions_side_by_side_and_many_instances_share_nothing(native, tmp_
         fmi=fmi,
         platforms=[LINUX[fmi]],
     )
-    with opened(native("PairedTsmBacklash", fmi)) as one, opened(other) as two:
+    with opened(native_fmus("PairedTsmBacklash", fmi)) as one, opened(other) as two:
         for unit in (one, two):
             unit.initialise(x_in=0.5)
         assert one.get("x_out") == [1.00056 * 0.5]
@@ -212,12 +206,12 @@ def test_two_versions_side_by_side_and_many_instances_share_nothing(native, tmp_
 
 @VERSIONS
 @pytest.mark.parametrize("name", ["TendonDrive", "PairedTsmFriction", "DcMotor", "LebusTransmission"])
-def test_directional_derivatives_are_the_slope_of_the_last_step(native, name, fmi):
+def test_directional_derivatives_are_the_slope_of_the_last_step(native_fmus, name, fmi):
     k = kernel(name)
     u = wandering_inputs(k, STEP * np.arange(40))
     reals = [v.name for v in k.outputs if v.kind is float]
     inputs = [v.name for v in k.inputs]
-    with opened(native(name, fmi)) as unit:
+    with opened(native_fmus(name, fmi)) as unit:
         unit.initialise(**dict(zip(inputs, u[0], strict=True)))
         driven(unit, k, u, 1, 39)
         state = unit.save()
@@ -239,7 +233,7 @@ def test_directional_derivatives_are_the_slope_of_the_last_step(native, name, fm
 
 
 @pytest.mark.parametrize("array", ["L", "R"])
-def test_derivatives_along_arrays_of_fmi_3(native, array):
+def test_derivatives_along_arrays_of_fmi_3(native_fmus, array):
     k = kernel("LebusTransmission")
     p, u = k.params(), k.module.Inputs(theta_in=2.0, tau_load=0.3)
     seed = [0.7, -1.3, 0.21, 0.4, -0.33, 0.9, 0.15, -0.6]
@@ -251,7 +245,7 @@ def test_derivatives_along_arrays_of_fmi_3(native, array):
         return np.array([getattr(o, name) for name in outputs])
 
     slope = (moved(1e-5) - moved(-1e-5)) / 2e-5
-    with opened(native(k.name, 3)) as unit:
+    with opened(native_fmus(k.name, 3)) as unit:
         unit.set(theta_in=2.0, tau_load=0.3)
         unit.slave.enterInitializationMode()
         found = unit.derivative(outputs, [array], seed)
@@ -269,8 +263,8 @@ def test_derivatives_along_arrays_of_fmi_3(native, array):
 
 
 @VERSIONS
-def test_an_unknown_derivative_is_refused(native, fmi):
-    with opened(native("PairedTsmBacklash", fmi)) as unit:
+def test_an_unknown_derivative_is_refused(native_fmus, fmi):
+    with opened(native_fmus("PairedTsmBacklash", fmi)) as unit:
         unit.initialise(x_in=0.5)
         for unknown, known in (("x_in", "x_in"), ("x_out", "c"), ("x_out", "x_h")):
             with pytest.raises(FMICallException):
@@ -307,19 +301,19 @@ def test_every_platform_is_inside_stripped_and_the_bytes_are_the_same_at_each_bu
 
 
 @VERSIONS
-def test_a_changed_binary_is_found(native, tmp_path, fmi):
+def test_a_changed_binary_is_found(native_fmus, tmp_path, fmi):
     path = tmp_path / "Sum.fmu"
-    with zipfile.ZipFile(native("Sum", fmi)) as old, zipfile.ZipFile(path, "w") as new:
+    with zipfile.ZipFile(native_fmus("Sum", fmi)) as old, zipfile.ZipFile(path, "w") as new:
         for name in old.namelist():
             data = old.read(name)
             new.writestr(name, data[::-1] if name.startswith("binaries/") else data)
     assert any("is not of this build" in line for line in validate_fmu(path))
 
 
-def test_the_library_needs_the_c_library_alone(native):
-    with opened(native("TendonDrive", 2)) as unit:
+def test_the_library_needs_the_c_library_alone(native_fmus):
+    with opened(native_fmus("TendonDrive", 2)) as unit:
         assert isinstance(unit.slave.dll, ctypes.CDLL)
-    with zipfile.ZipFile(native("TendonDrive", 2)) as archive:
+    with zipfile.ZipFile(native_fmus("TendonDrive", 2)) as archive:
         library = archive.read("binaries/linux64/TendonDrive.so")
     import re
 

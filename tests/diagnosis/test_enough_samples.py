@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis import workflow
+from tsm_fmu.diagnosis.fits.refit import Task
 from tsm_fmu.diagnosis.runs.thinning import thinned_for_search
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun
@@ -29,18 +30,17 @@ def test_the_search_takes_four_times_the_samples_until_a_fit_holds_on_all(
 ) -> None:
     model, run = kernel("PairedTsmBacklash"), long_run()
     runs: Any = SimpleNamespace(model=model, measured=[run], channels=("x_out",))
-    few = thinned_for_search(model, [run], ("x_out",))
+    task = Task(model.name, thinned_for_search(model, [run], ("x_out",)), ("x_out",), {})
     tried: list[int] = []
 
     def fitted(_runs: Any, task: Any, _progress: Any, times: int) -> Any:
         tried.append(task.runs[0].time.size)
         left = np.array([0.0021 if times in worse else 0.00101])
-        one = SimpleNamespace(rmse=np.array([0.001]), at=lambda _: SimpleNamespace(rmse=left), task=task)
+        one = SimpleNamespace(rmse=np.array([0.001]), at=lambda _: SimpleNamespace(rmse=left))
         return [], SimpleNamespace(refitted=SimpleNamespace(fitted=one))
 
     monkeypatch.setattr(workflow, "_baselines", fitted)
-    monkeypatch.setattr(workflow, "replace", lambda task, **new: SimpleNamespace(**{**vars(task), **new}))
-    times, *_ = workflow._on_enough_samples(runs, SimpleNamespace(runs=few), lambda _: None)  # type: ignore[arg-type]
+    times, *_ = workflow._on_enough_samples(runs, task, lambda _: None)
     assert times == expected
     assert len(tried) == len(worse) + 1
     assert tried == sorted(set(tried))
@@ -51,5 +51,5 @@ def test_where_all_samples_are_there_a_fit_that_does_not_hold_is_taken(monkeypat
     runs: Any = SimpleNamespace(model=model, measured=[run], channels=("x_out",))
     one = SimpleNamespace(rmse=np.array([0.001]), at=lambda _: SimpleNamespace(rmse=np.array([0.7])))
     monkeypatch.setattr(workflow, "_baselines", lambda *_: ([], SimpleNamespace(refitted=SimpleNamespace(fitted=one))))
-    times, *_ = workflow._on_enough_samples(runs, SimpleNamespace(runs=[run]), lambda _: None)  # type: ignore[arg-type]
+    times, *_ = workflow._on_enough_samples(runs, Task(model.name, [run], ("x_out",), {}), lambda _: None)
     assert times == 1

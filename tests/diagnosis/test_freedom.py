@@ -72,9 +72,7 @@ def test_a_late_channel_is_taken_by_the_lag_alone(rig: Rig, known: dict[str, flo
     assert most_removing(nuisances, FREE) == "sensor_lag@F"
 
 
-def test_where_nothing_is_late_no_nuisance_effect_removes_anything_notable(
-    rig: Rig, known: dict[str, float], hyperbola: Callable[[np.ndarray], np.ndarray]
-) -> None:
+def test_where_nothing_is_late_no_nuisance_effect_removes_anything_notable(rig: Rig, known: dict[str, float]) -> None:
     base = fitted([rig(seed) for seed in (21, 22)], known)
     assert most_removing(with_nuisances(base, FREE), FREE) is None
 

@@ -39,7 +39,6 @@ from .criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,
     FAMILY_SHARE,
     FEW_SAMPLES_RATIO,
-    LITTLE_SPREAD_SHARE,
     MORE_SAMPLES_RATIO,
     NOTABLE_RATIO,
     PRESLIDING_STROKE_SHARE,
@@ -47,7 +46,7 @@ from .criteria import (
 )
 from .evidence import Candidate, FamilyShare, Gap, Gate, Limit, NextMotion, RunComparison, Tone
 from .fits.known import compared_where_known
-from .fits.nuisance import most_removing
+from .fits.nuisance import most_removing, notably_removed
 from .fits.placing import not_applicable
 from .fits.ranges import forgetting_ranges, level_ranges
 from .fits.refit import Fitted, Task, as_given
@@ -261,10 +260,9 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
     SearchInterrupted
         Ctrl-C after the baselines were fitted.
     """
-    times, holdout, fitted = _on_enough_samples(runs, task, progress)
+    times, holdout, fitted, whole = _on_enough_samples(runs, task, progress)
     refitted = fitted.refitted.fitted
     task = replace(task, runs=refitted.task.runs)
-    whole = refitted.at(runs.measured)
     heard, on_reference = tones_left(whole), {}
     if heard:
         reference = fitted.reference.at(runs.reference) if fitted.reference else None
@@ -309,8 +307,10 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
     return Investigation(runs, task, result, verdict, evidence, heard, met, hidden, inapplicable)
 
 
-def _on_enough_samples(runs: PreparedRuns, task: Task, progress: Progress) -> tuple[int, list[FitRun], Baselines]:
-    """How many times the usual samples the search works on, and `_baselines` on these.
+def _on_enough_samples(
+    runs: PreparedRuns, task: Task, progress: Progress
+) -> tuple[int, list[FitRun], Baselines, Fitted]:
+    """How many times the usual samples the search works on, `_baselines` on these, and the refitted model on all.
 
     A fit to few samples that leaves far more on all of them has fitted what lies between them: there are too few.
     """
@@ -318,11 +318,12 @@ def _on_enough_samples(runs: PreparedRuns, task: Task, progress: Progress) -> tu
     while True:
         holdout, fitted = _baselines(runs, task, progress, times)
         few = fitted.refitted.fitted
-        if (few.at(runs.measured).rmse <= FEW_SAMPLES_RATIO * few.rmse).all():
-            return times, holdout, fitted
+        whole = few.at(runs.measured)
+        if (whole.rmse <= FEW_SAMPLES_RATIO * few.rmse).all():
+            return times, holdout, fitted, whole
         more = thinned_for_search(runs.model, runs.measured, runs.channels, times * MORE_SAMPLES_RATIO)
         if all(now.time.size == then.time.size for now, then in zip(more, task.runs, strict=True)):
-            return times, holdout, fitted
+            return times, holdout, fitted, whole
         times, task = times * MORE_SAMPLES_RATIO, replace(task, runs=more)
         progress(f"{times} times the samples: the fit to fewer of them does not hold on all")
 
@@ -440,8 +441,7 @@ def _closest(found: Investigation, *, missing: bool) -> tuple[str, ...]:
             return (most,)
     if missing and (best.measured < (1.0 - STRONGEST_RATIO) * found.selection.baselines.refitted.measured).any():
         return best.effects
-    least = np.maximum(NOTABLE_RATIO * best.measured, (LITTLE_SPREAD_SHARE * best.fitted.spread) ** 2)
-    return best.added if (plain.measured - best.measured > least).any() else ()
+    return best.added if notably_removed(plain.measured, best.measured, best.fitted.spread).any() else ()
 
 
 def _answered(found: Investigation) -> tuple[str, ...]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -78,13 +77,9 @@ def write_reproduction(out: Path, done: Reproduction, *, complete: bool = True) 
     mark = "" if complete else ".incomplete"
     names = {"report": ("report", "html"), "csv": ("claims", "csv"), "json": ("claims", "json")}
     paths = {kind: out / f"{stem}{mark}.{ending}" for kind, (stem, ending) in names.items()}
-    contents: dict[str, Callable[[], str]] = {
-        "csv": text.getvalue,
-        "json": lambda: json.dumps(as_json(done), indent=2) + "\n",
-        "report": lambda: page_html(done),  # last: its plots take seconds, and a place that refuses is known before
-    }
     earlier = [f"{stem}{m}.{ending}" for stem, ending in names.values() for m in {mark, ".incomplete"}]
     remove_earlier(out, earlier)
-    for kind, content in contents.items():
-        write_whole(paths[kind], content())
+    write_whole(paths["csv"], text.getvalue())
+    write_whole(paths["json"], json.dumps(as_json(done), indent=2) + "\n")
+    write_whole(paths["report"], page_html(done))  # last: its plots take seconds, a place that refuses is known before
     return paths

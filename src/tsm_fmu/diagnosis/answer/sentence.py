@@ -38,18 +38,7 @@ def answer(found: Diagnosis) -> str:
     gap = found.gap[channel]
     numbers = errors_text(channel, gap)
     if found.verdict == "parameters":
-        changes = ", ".join(changes_text(found.changes))
-        how = f" ({changes})" if changes else ""
-        beside = _nuisances(found)
-        more = f" with {beside} (nuisance parameters, too small to be named)" if beside else ""
-        elsewhere = [c for c, g in found.gap.items() if not carries_over(g)]
-        of = " of the measured runs" if elsewhere else ""
-        text = f"No effect named: other parameter values{more} close the gap{of}{how}. {as_sentence(numbers)}"
-        if elsewhere:
-            text += (
-                f" Of {' and '.join(elsewhere)} they do not carry over to the held-out runs, whose motion shows what "
-                "the measured ones leave open: give runs with both motions to --measured."
-            )
+        text = _with_other_values(found, numbers)
         text += _family_text(found, channel, f"{TOO_LITTLE},")
     elif found.verdict == "none":
         text = f"No effect named. {as_sentence(_remains(found, channel))} {as_sentence(numbers)}"
@@ -60,6 +49,23 @@ def answer(found: Diagnosis) -> str:
     else:
         text = _with_gap(found, channel, numbers)
     return text + _unexplained_text(found) + _instruments_text(found) + _nuisances_text(found)
+
+
+def _with_other_values(found: Diagnosis, numbers: str) -> str:
+    """The sentences where other parameter values close the gap, in some channels that of the measured runs alone."""
+    changes = ", ".join(changes_text(found.changes))
+    how = f" ({changes})" if changes else ""
+    beside = _nuisances(found)
+    more = f" with {beside} (nuisance parameters, too small to be named)" if beside else ""
+    elsewhere = [c for c, g in found.gap.items() if not carries_over(g)]
+    of = " of the measured runs" if elsewhere else ""
+    text = f"No effect named: other parameter values{more} close the gap{of}{how}. {as_sentence(numbers)}"
+    if not elsewhere:
+        return text
+    return (
+        f"{text} Of {' and '.join(elsewhere)} they do not carry over to the held-out runs, whose motion shows what "
+        "the measured ones leave open: give runs with both motions to --measured."
+    )
 
 
 def _instruments_text(found: Diagnosis) -> str:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...effects import effect_of, prefix_of, shapes_of, sizes_of
+from ...effects import effect_of, prefix_of, shapes_of
 from ...kernels.attached import Attached
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
@@ -48,7 +48,7 @@ def disguised(fitted: Fitted, spec: str) -> bool:
         return True
     layers_alone = bool(module.ABOUT.core) and _little_of_it(fitted, spec, module.ABOUT.core)
     of_turns = any(shape.scale == "turns" for shape in shapes_of(module).values())
-    if (layers_alone or (of_turns and _hardly_repeats(fitted, spec))) and not _of_known_drum(fitted, spec):
+    if of_turns and not _of_known_drum(fitted, spec) and (layers_alone or _hardly_repeats(fitted, spec)):
         return True
     scales = [scale for scale in SCALES if not (scale == "width" and layers_alone)]
     for name, shape in shapes_of(module).items():
@@ -98,17 +98,15 @@ def _hardly_repeats(fitted: Fitted, spec: str) -> bool:
 
     Of a size that a search has chosen a turn may be as long as it takes for a law at one place to come only once.
     """
-    one = attach(kernel(fitted.model), spec)
-    size = next(name for name, shape in shapes_of(one.module).items() if shape.scale == "turns")
+    size = next(name for name, shape in shapes_of(effect_of(spec)).items() if shape.scale == "turns")
     turn = 2.0 * np.pi * fitted.values[f"{prefix_of(spec)}{size}"]
     places = [np.floor(c.x / turn * ANGLES).astype(np.int64) for c in places_of(fitted)]
     angle, passed = np.unique(np.unique(np.concatenate(places)) % ANGLES, return_counts=True)
     again = np.isin(np.concatenate(places) % ANGLES, angle[passed > 1])
-    off = fitted.with_values(dict.fromkeys((one.prefix + name for name in sizes_of(one.module)), 0.0))
     weights = fitted.problem.weights
     explained = np.concatenate([
         np.sum((before * weights) ** 2 - (after * weights) ** 2, axis=1)
-        for before, after in zip(off.residuals, fitted.residuals, strict=True)
+        for before, after in zip(fitted.switched_off(spec).residuals, fitted.residuals, strict=True)
     ])  # fmt: skip
     return bool(explained[again].sum() < REPEATED_SHARE * explained.sum())
 

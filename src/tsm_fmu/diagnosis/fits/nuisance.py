@@ -392,13 +392,12 @@ def most_removing(fitted: Fitted, nuisances: Sequence[str]) -> str | None:
     nuisances : sequence of str
         All that are nuisance effects.
     """
-    spread = np.maximum(fitted.spread, 1e-300)
-    found: dict[str, float] = {}
+    spread, found = np.maximum(fitted.spread, 1e-300), dict[str, float]()
     for spec in (s for s in fitted.effects if s in nuisances):
-        removed = refit_without(fitted, spec, nuisances).rmse ** 2 - fitted.rmse**2
-        notable = (removed > NOTABLE_RATIO * fitted.rmse**2) & (removed > (LITTLE_SPREAD_SHARE * spread) ** 2)
+        before, after = refit_without(fitted, spec, nuisances).rmse ** 2, fitted.rmse**2
+        notable = notably_removed(before, after, spread)
         if notable.any():
-            found[spec] = float(np.max(np.where(notable, removed, 0.0) / spread**2))
+            found[spec] = float(np.max(((before - after) / spread**2)[notable]))
     return max(found, key=lambda spec: found[spec], default=None)
 
 
@@ -462,6 +461,11 @@ class RemovedOnReference(Mapping[str, FloatArray]):
 def _removed(before: Fitted, after: Fitted) -> FloatArray:
     """RMS that is gone, by channel."""
     return np.sqrt(np.maximum(before.rmse**2 - after.rmse**2, 0.0))
+
+
+def notably_removed(before: FloatArray, after: FloatArray, spread: FloatArray) -> BoolArray:
+    """Channels in which a notable part of the mean square is gone, and more than next to nothing of the spread."""
+    return before - after > np.maximum(NOTABLE_RATIO * after, (LITTLE_SPREAD_SHARE * spread) ** 2)
 
 
 def nearly_removed(before: FloatArray, after: FloatArray) -> BoolArray:

@@ -146,17 +146,23 @@ class Fitted:
 
     def share_of(self, spec: str) -> FloatArray:
         """RMS of what an effect does, by channel, as part of the channel's spread; nothing is refitted."""
+        return self._change_to(self.switched_off(spec))
+
+    def switched_off(self, spec: str) -> Fitted:
+        """A copy in which an effect does nothing; nothing is refitted."""
         one = attach(kernel(self.model), spec)
         fields = [one.prefix + v.field for v in Kernel(one.module).parameters]
-        return self.change_with(dict(zip(fields, flat(one.module.NEUTRAL), strict=True)))
+        return self.with_values(dict(zip(fields, flat(one.module.NEUTRAL), strict=True)))
 
     def change_with(self, values: Mapping[str, float]) -> FloatArray:
         """RMS by which other values of some fields change the channels, as part of their spread; nothing is refitted.
 
         NaN where the model cannot run with them.
         """
-        others = self.with_values(values).residuals
-        changes = [before - after for before, after in zip(self.residuals, others, strict=True)]
+        return self._change_to(self.with_values(values))
+
+    def _change_to(self, other: Fitted) -> FloatArray:
+        changes = [before - after for before, after in zip(self.residuals, other.residuals, strict=True)]
         return rms(changes) / np.maximum(self.spread, 1e-300)
 
     def with_values(self, values: Mapping[str, float]) -> Fitted:
