@@ -160,7 +160,7 @@ def test_the_step_response_converges_to_that_of_python_control(native_fmus):
 
 def test_the_design_has_the_margins_it_was_asked_for():
     design = design_pid(crossover=240.0, phase_margin_deg=52.0)
-    assert design.crossover == pytest.approx(240.0, rel=1e-6)
-    assert design.phase_margin_deg == pytest.approx(52.0, abs=1e-4)
-    assert design.gain_margin_db > 6.0
-    assert design.delay_margin_s == pytest.approx(math.radians(52.0) / 240.0, rel=1e-5)
+    assert design.margins.crossover == pytest.approx(240.0, rel=1e-6)
+    assert design.margins.phase_margin_deg == pytest.approx(52.0, abs=1e-4)
+    assert design.margins.gain_margin_db > 6.0
+    assert design.margins.delay_margin_s == pytest.approx(math.radians(52.0) / 240.0, rel=1e-5)

@@ -6,9 +6,6 @@ from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
 
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
-
 from ..models.contract import InputError
 from .system import Link, Wiring
 
@@ -126,11 +123,15 @@ def _algebraic_loops(wiring: Wiring, components: tuple[str, ...]) -> tuple[Algeb
 
 def _strong_components(before: dict[Address, list[Address]]) -> list[set[Address]]:
     """Sets of ports that all follow each other, of more than one port."""
+    try:
+        TopologicalSorter(before).prepare()
+        return []
+    except CycleError:
+        from scipy.sparse import csr_array  # half a second, which systems without loops need not pay
+        from scipy.sparse.csgraph import connected_components
     ports = list(dict.fromkeys([*before, *(p for sources in before.values() for p in sources)]))
     index = {port: k for k, port in enumerate(ports)}
     pairs = [(index[p], index[port]) for port, sources in before.items() for p in sources]
-    if not pairs:
-        return []
     rows, columns = zip(*pairs, strict=True)
     graph = csr_array(([1] * len(pairs), (rows, columns)), shape=(len(ports), len(ports)))
     _, labels = connected_components(graph, connection="strong")

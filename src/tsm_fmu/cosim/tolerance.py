@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import rankdata
 
 from ..logs.display import display
 from ..report import Band, Figure, Line, Section, Table
@@ -115,6 +114,8 @@ def tolerance_sections(
 
 def rank_correlation(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
     """Spearman's correlation of two samples that are not constant."""
+    from scipy.stats import rankdata  # a second, which those who only sweep need not pay
+
     return float(np.corrcoef(rankdata(x), rankdata(y))[0, 1])
 
 

@@ -20,10 +20,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import control
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize_scalar
 
 from ..cosim.metric import CaseMetrics, Metric, Reported, Spread, spread
 from ..cosim.ssp import Case
@@ -89,6 +87,8 @@ def plant(b: float | None = None) -> dict[str, Value]:
     published = kernel("PairedTsmBacklash").params("published")
     if b is None:
         return {"c": published.c, "beta": published.beta, "alpha": published.alpha}
+    from scipy.optimize import brentq  # half a second, as below: those who only run a case need not pay
+
     beta, height = b - published.c, loop_height(published.beta, published.alpha)
     alpha: Any = brentq(lambda alpha: loop_height(beta, alpha) - height, 1e-3, 1e3, xtol=1e-14)
     return {"c": published.c, "beta": beta, "alpha": float(alpha)}
@@ -169,6 +169,8 @@ DESIGNED = ("controller.y", "motor.phi")
 
 def designed(case: Case) -> Any:
     """Open loop of the design (control.TransferFunction): `pid_design` with a delay of half a step."""
+    import control  # two seconds, which those who only run it need not pay
+
     system, experiment = case
     values = next(c.parameters for c in system.components if c.name == "controller")
     gains = {name: float(values[name]) for name in ("kp", "ki", "kd", "T_f")}
@@ -196,6 +198,8 @@ def without_motor(case: Case) -> Spread:
 
 def closed_forms() -> dict[str, Metric]:
     """Peak-to-peak errors of the published plant, periodic motion: models of the paper in closed form."""
+    from scipy.optimize import minimize_scalar
+
     p = kernel("PairedTsmBacklash").params("published")
     ratio = 2.0 * abs(p.beta) / p.c
     found: Any = minimize_scalar(

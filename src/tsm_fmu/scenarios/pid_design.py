@@ -13,13 +13,30 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
-import control
 import numpy as np
 
 from ..cosim.metric import Metric
 from ..kernels.kernel import kernel
+
+
+@dataclass(frozen=True)
+class Margins:
+    """Of the loop with the delay of h/2.
+
+    Attributes
+    ----------
+    crossover : float
+        Gain crossover [rad/s].
+    gain_margin_db, phase_margin_deg, delay_margin_s : float
+    """
+
+    crossover: float
+    gain_margin_db: float
+    phase_margin_deg: float
+    delay_margin_s: float
 
 
 @dataclass(frozen=True)
@@ -30,51 +47,63 @@ class PidDesign:
     ----------
     kp, ki, kd, T_f : float
         As parameters of PidController [V/rad, V/(rad.s), V.s/rad, s].
-    crossover : float
-        Gain crossover [rad/s].
-    gain_margin_db, phase_margin_deg, delay_margin_s : float
-        Of the loop with the delay of h/2.
+    motor : Params of DcMotor
+    step : float
+        Communication step h [s].
     """
 
     kp: float
     ki: float
     kd: float
     T_f: float
-    crossover: float
-    gain_margin_db: float
-    phase_margin_deg: float
-    delay_margin_s: float
+    motor: Any
+    step: float
 
     @property
     def gains(self) -> dict[str, float]:
         """Parameter values of PidController."""
         return {"kp": self.kp, "ki": self.ki, "kd": self.kd, "T_f": self.T_f}
 
+    @cached_property
+    def margins(self) -> Margins:
+        """Margins of the loop."""
+        return _margins(controller_model(**self.gains) * motor_model(self.motor), self.step / 2.0)
+
     def metrics(self) -> dict[str, Metric]:
         """Gains and margins with their units."""
+        margins = self.margins
         return {
             "kp": Metric(self.kp, "V/rad"),
             "ki": Metric(self.ki, "V/(rad.s)"),
             "kd": Metric(self.kd, "V.s/rad"),
             "T_f": Metric(self.T_f, "s"),
-            "gain_crossover": Metric(self.crossover, "rad/s"),
-            "gain_margin": Metric(self.gain_margin_db, "dB"),
-            "phase_margin": Metric(self.phase_margin_deg, "deg"),
-            "delay_margin": Metric(self.delay_margin_s, "s"),
+            "gain_crossover": Metric(margins.crossover, "rad/s"),
+            "gain_margin": Metric(margins.gain_margin_db, "dB"),
+            "phase_margin": Metric(margins.phase_margin_deg, "deg"),
+            "delay_margin": Metric(margins.delay_margin_s, "s"),
         }
 
 
 def motor_model(motor: Any) -> Any:
     """Return G(s) of Eq (D1) from parameters of DcMotor."""
+    import control  # here and below: two seconds, which a loop with the gains of a design need not pay
+
+    return control.tf(*_motor_polynomials(motor))
+
+
+def _motor_polynomials(motor: Any) -> tuple[list[float], list[float]]:
+    """Numerator and denominator of Eq (D1), highest power first."""
     n, e = motor.gear_ratio, motor.efficiency
     inertia = motor.J_load + e * n * n * motor.J_rotor
     speed = np.polymul([motor.L_a, motor.R_a], [inertia, e * n * n * motor.b])
     speed[-1] += e * n * n * motor.k_t * motor.k_e
-    return control.tf([e * n * motor.k_t], [*speed, 0.0])
+    return [e * n * motor.k_t], [*speed, 0.0]
 
 
 def controller_model(kp: float, ki: float, kd: float, T_f: float) -> Any:
     """Return C(s) of Eq (D2)."""
+    import control
+
     proportional: Any = control.tf([kp], [1.0])
     return proportional + control.tf([ki], [1.0, 0.0]) + control.tf([kd, 0.0], [T_f, 1.0])
 
@@ -100,21 +129,24 @@ def design_pid(
     step : float
         Communication step h [s].
     """
-    plant = motor_model(motor if motor is not None else kernel("DcMotor").params())
+    motor = motor if motor is not None else kernel("DcMotor").params()
     s = 1j * crossover
-    delayed = complex(plant(s)) * np.exp(-s * step / 2.0)
+    above, below = (complex(np.polyval(part, s)) for part in _motor_polynomials(motor))
+    delayed = above / below * np.exp(-s * step / 2.0)
     wanted = -np.exp(1j * math.radians(phase_margin_deg)) / delayed  # C(i w_c)
     proportional, derivative = 1.0 + crossover / 10.0 / s, s / (T_f * s + 1.0)
     kp, kd = np.linalg.solve(
         [[proportional.real, derivative.real], [proportional.imag, derivative.imag]], [wanted.real, wanted.imag]
     )
     ki = kp * crossover / 10.0
-    loop = controller_model(kp, ki, kd, T_f) * plant
-    return PidDesign(float(kp), float(ki), float(kd), T_f, *_margins(loop, step / 2.0))
+    return PidDesign(float(kp), float(ki), float(kd), T_f, motor, step)
 
 
-def _margins(loop: Any, delay: float) -> tuple[float, float, float, float]:
-    """Crossover [rad/s], gain margin [dB], phase margin [deg], delay margin [s]; the delay as a Pade form (order 4)."""
+def _margins(loop: Any, delay: float) -> Margins:
+    """Margins of a loop behind a delay, this as a Pade form (order 4)."""
+    import control
+
     delayed = loop * control.tf(*control.pade(delay, 4))
     gain, phase, _, _, crossover, _ = control.stability_margins(delayed)
-    return float(crossover), 20.0 * math.log10(float(gain)), float(phase), math.radians(float(phase)) / float(crossover)
+    crossover, phase = float(crossover), float(phase)
+    return Margins(crossover, 20.0 * math.log10(float(gain)), phase, math.radians(phase) / crossover)
