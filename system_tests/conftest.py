@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Slave
 
-from tests.this_machine import loaded_here
 from tsm_fmu.cosim.unpack import unpacked
 from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.fmu.native.zig import loaded_here
 from tsm_fmu.kernels.kernel import Kernel, kernel
 
 Fmus = Callable[[str], Path]

@@ -43,12 +43,16 @@ def test_json_is_one_object_with_the_claims_and_the_paths(one_paper):
         assert (out / name).stat().st_size > 0
 
 
-def test_the_table_is_printed_for_people(tmp_path, capsys):
-    assert run(["reproduce", "--paper", "icinco2013", "--quick", "--out", str(tmp_path)]) == 0
+def test_native_units_give_the_same_table_which_is_printed_for_people(one_paper, tmp_path, capsys):
+    line = ["reproduce", "--paper", "icinco2013", "--quick", "--flavour", "native", "--out", str(tmp_path)]
+    assert run(line) == 0
     shown = capsys.readouterr().out
     assert "internal error" in shown
     assert "from FMUs in co-simulation" in shown
     assert str(tmp_path / "report.html") in shown.replace("\n", "")
+    native = json.loads((tmp_path / "claims.json").read_text())
+    assert (one_paper[0]["flavour"], native["flavour"]) == ("python", "native")
+    assert native["claims"] == one_paper[0]["claims"]
 
 
 @pytest.mark.parametrize(
@@ -57,6 +61,7 @@ def test_the_table_is_printed_for_people(tmp_path, capsys):
         (["--out", "{file}"], "is a file -- expected a folder -- choose another"),
         (["--out", "{file}/below", "--paper", "icinco2013"], "is no writable folder"),
         (["--out", "{folder}", "--paper", "do2015"], "paper 'do2015' -- expected one of iftomm2013"),
+        (["--out", "{folder}", "--flavour", "both"], "flavour 'both' -- expected one of native, python -- choose one"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(arguments, message, tmp_path, capsys):

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.this_machine import loaded_here
 from tsm_fmu.cosim.energy import Bond, balance, bonds, energy
 from tsm_fmu.cosim.master import simulate_system
 from tsm_fmu.cosim.step_study import compared
 from tsm_fmu.cosim.system import Component, Connection, Experiment, Link, System, check_system
 from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.fmu.native.zig import loaded_here
 from tsm_fmu.kernels.kernel import kernel
 
 STIFFNESS, POINTS = 37.3, 83

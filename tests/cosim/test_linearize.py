@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tests.this_machine import loaded_here
 from tsm_fmu import InputError, linearize
 from tsm_fmu.cosim.description import describe
 from tsm_fmu.cosim.fmu_instance import FmuInstance
@@ -19,6 +18,7 @@ from tsm_fmu.cosim.ssp import write_ssp
 from tsm_fmu.cosim.system import Component, Connection, Experiment, System
 from tsm_fmu.cosim.unpack import unpacked
 from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.fmu.native.zig import loaded_here
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.scenarios.pid_design import motor_model
 

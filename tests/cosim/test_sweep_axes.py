@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import tsm_fmu as tsm
-from tests.this_machine import loaded_here
 from tsm_fmu import InputError
 from tsm_fmu.card import CardParameter, ModelCard, write_card
 from tsm_fmu.cosim.ssp import write_ssp
 from tsm_fmu.cosim.system import Component, Connection, Experiment, System
 from tsm_fmu.fmu.build import build_fmu
 from tsm_fmu.fmu.native import zig
+from tsm_fmu.fmu.native.zig import loaded_here
 from tsm_fmu.kernels.kernel import kernel
 
 TIMING = Experiment(stop=0.3, step=0.01)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import tsm_fmu as tsm
-from tests.this_machine import loaded_here
 from tsm_fmu import InputError
 from tsm_fmu.card import CardParameter, Correlation, ModelCard
 from tsm_fmu.cosim.cases import with_values
@@ -15,6 +14,7 @@ from tsm_fmu.cosim.master import simulate_system
 from tsm_fmu.cosim.ssp import write_ssp
 from tsm_fmu.cosim.system import Component, Connection, Experiment, System
 from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.fmu.native.zig import loaded_here
 from tsm_fmu.kernels.kernel import kernel
 
 

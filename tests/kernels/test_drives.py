@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from fmpy import read_model_description
 
-from tests.this_machine import loaded_here
 from tsm_fmu.card import ModelCard, read_card, write_card
 from tsm_fmu.effects import EFFECTS, id_of, place_of, words
 from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.fmu.native.zig import loaded_here
 from tsm_fmu.kernels import compiled_cache
 from tsm_fmu.kernels.chain import attach, chain
 from tsm_fmu.kernels.drives import Drive, read_drives, text_of

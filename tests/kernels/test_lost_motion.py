@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.this_machine import loaded_here
 from tsm_fmu.cosim.replay import replay
 from tsm_fmu.effects import EFFECTS
 from tsm_fmu.fmu.build import build_fmu
+from tsm_fmu.fmu.native.zig import loaded_here
 from tsm_fmu.kernels.chain import attach, chain
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record

@@ -1,4 +1,4 @@
-"""One quick run of all papers for the tests that read its claims."""
+"""One quick run of all papers for the tests that read its claims; native units give the numbers of the Python ones."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from tsm_fmu.reproduction import Reproduction, reproduce
 @pytest.fixture(scope="session")
 def done() -> Reproduction:
     """All five papers, with few values of what is open."""
-    return reproduce(quick=True)
+    return reproduce(quick=True, flavour="native")
 
 
 @pytest.fixture(scope="session")

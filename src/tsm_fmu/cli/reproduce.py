@@ -28,6 +28,9 @@ def reproduce(
             "--quick", help="Fewer values of what is open, short windows: a first look, verdicts are provisional."
         ),
     ] = False,
+    flavour: Annotated[
+        str, typer.Option(help="How the FMUs run: python (PythonFMU), or native (C): the same numbers in less time.")
+    ] = "python",
     as_json: AsJson = False,
 ) -> None:
     """Every figure and number of the five papers: as printed, ours, verdict, why."""
@@ -43,7 +46,7 @@ def reproduce(
             console.print(f"computing {escape(what)}")
 
     try:
-        done = compute(paper, quick=quick, progress=progress)
+        done = compute(paper, quick=quick, flavour=flavour, progress=progress)
     except ReproductionInterrupted as stopped:
         if not stopped.done.results:
             raise

@@ -45,6 +45,7 @@ if sys.version_info < {lowest!r}:
 
 BUILT = (("native", 2), ("native", 3), ("python", 2))
 """Flavours and versions of FMI."""
+FLAVOURS = tuple(dict.fromkeys(flavour for flavour, _ in BUILT))
 
 
 def build_fmu(

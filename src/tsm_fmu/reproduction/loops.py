@@ -9,6 +9,7 @@ import re
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from shutil import rmtree
@@ -26,10 +27,28 @@ T = TypeVar("T")
 
 
 class Fmus(Mapping[str, Path]):
-    """Paths of FMUs by ``MODEL[+EFFECT[@CHANNEL]...]``, each built at its first use."""
+    """Paths of FMUs by ``MODEL[+EFFECT[@CHANNEL]...]``, each built at its first use.
+
+    Attributes
+    ----------
+    flavour : str
+        Of those that are asked for; native ones are built for this machine alone.
+    """
+
+    def __init__(self) -> None:
+        self.flavour = "python"
+
+    @contextmanager
+    def of(self, flavour: str) -> Iterator[None]:
+        """Another flavour for a while."""
+        before, self.flavour = self.flavour, flavour
+        try:
+            yield
+        finally:
+            self.flavour = before
 
     def __getitem__(self, spec: str) -> Path:
-        return _fmu(spec)
+        return _fmu(spec, self.flavour)
 
     def __iter__(self) -> Iterator[str]:
         return iter(())
@@ -50,11 +69,16 @@ def _folder() -> Path:
 
 
 @cache
-def _fmu(spec: str) -> Path:
+def _fmu(spec: str, flavour: str) -> Path:
     model, *effects = spec.split("+")
     built = chain(model, tuple(effects)) if effects else kernel(model)
     name = re.sub(r"\W", "_", spec)
-    return build_fmu(built, _folder() / f"{name}.fmu", name=name)
+    platforms: tuple[str, ...] = ()
+    if flavour == "native":
+        from ..fmu.native.zig import loaded_here  # brings a compiler along
+
+        platforms = loaded_here()
+    return build_fmu(built, _folder() / flavour / f"{name}.fmu", name=name, flavour=flavour, platforms=platforms)
 
 
 def co_simulate(cases: Mapping[str, Case], record: Sequence[str] | None = None) -> dict[str, Trajectory]:

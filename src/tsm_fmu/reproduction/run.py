@@ -8,8 +8,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 
+from ..fmu.build import FLAVOURS
 from ..models.contract import InputError
 from .claims import Claim, Method
+from .loops import FMUS
 from .published import PAPERS
 from .result import PaperResult
 from .verdict import Verdict
@@ -17,11 +19,12 @@ from .verdict import Verdict
 
 @dataclass(frozen=True)
 class Reproduction:
-    """Results by paper, whether with fewer points (`reproduce`), and how long they took [s]."""
+    """Results by paper, whether with fewer points (`reproduce`), how long they took [s], and how their FMUs ran."""
 
     results: Mapping[str, PaperResult]
     quick: bool
     wall_s: float
+    flavour: str = "python"
 
     @property
     def claims(self) -> tuple[Claim, ...]:
@@ -47,8 +50,9 @@ class ReproductionInterrupted(KeyboardInterrupt):
 
 
 def reproduce(
-    papers: Sequence[str] = (), *, quick: bool = False, progress: Callable[[str], None] = lambda _: None
-) -> Reproduction:
+    papers: Sequence[str] = (), *, quick: bool = False, flavour: str = "python",
+    progress: Callable[[str], None] = lambda _: None,
+) -> Reproduction:  # fmt: skip
     """Compute every claim.
 
     Parameters
@@ -57,19 +61,23 @@ def reproduce(
         Keys of `PAPERS`; all without any.
     quick : bool
         Fewer values of what the papers leave open, shorter fits: narrower spans, for a first look.
+    flavour : str
+        Of the FMUs: ``"python"`` (PythonFMU) or ``"native"`` (the same numbers in less time).
     progress : callable
         Told what is computed next.
 
     Raises
     ------
     InputError
-        For a paper that is not one of the five.
+        For a paper that is not one of the five, or a flavour that is not built.
     ReproductionInterrupted
         Ctrl-C.
     """
     for paper in papers:
         if paper not in PAPERS:
             raise InputError(f"paper {paper!r} -- expected one of {', '.join(PAPERS)} -- choose one")
+    if flavour not in FLAVOURS:
+        raise InputError(f"flavour {flavour!r} -- expected one of {', '.join(FLAVOURS)} -- choose one")
     begin = time.perf_counter()
     results: dict[str, PaperResult] = {}
     for paper in PAPERS:
@@ -77,7 +85,8 @@ def reproduce(
             continue
         progress(PAPERS[paper])
         try:
-            results[paper] = import_module(f".{paper}.paper", __package__).result(quick)
+            with FMUS.of(flavour):
+                results[paper] = import_module(f".{paper}.paper", __package__).result(quick)
         except KeyboardInterrupt:
-            raise ReproductionInterrupted(Reproduction(results, quick, time.perf_counter() - begin)) from None
-    return Reproduction(results, quick, time.perf_counter() - begin)
+            raise ReproductionInterrupted(Reproduction(results, quick, time.perf_counter() - begin, flavour)) from None
+    return Reproduction(results, quick, time.perf_counter() - begin, flavour)

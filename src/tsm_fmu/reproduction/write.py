@@ -54,6 +54,7 @@ def as_json(done: Reproduction) -> dict[str, Any]:
             if i.no_claim and i.paper in done.results
         ],
         "quick": done.quick,
+        "flavour": done.flavour,
         "wall_s": done.wall_s,
     }
 

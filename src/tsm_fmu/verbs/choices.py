@@ -12,14 +12,13 @@ from ..card import ModelCard, read_card
 from ..cosim.cases import with_values
 from ..cosim.description import describe
 from ..cosim.sweep import SEED, Axis, Change, numeric_axis, seeds
-from ..fmu.build import build_fmu
+from ..fmu.build import FLAVOURS, build_fmu
 from ..kernels.kernel import kernel
 from ..models.contract import InputError
 from .systems import Opened
 
 FLAVOUR = "flavour"
 """The axis whose values are flavours; a component of this name goes before."""
-FLAVOURS = ("native", "python")
 
 Varied = Mapping[str, Sequence[float | str | os.PathLike[str]]]
 """Values by axis: numbers by ``component.variable``, cards or FMUs by ``component``, ``flavour``, ``seed``."""

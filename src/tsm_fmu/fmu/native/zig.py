@@ -16,6 +16,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
+from platform import machine
 from tempfile import TemporaryDirectory
 
 from ...models.contract import InputError
@@ -73,6 +74,21 @@ PLATFORMS = (
     Platform(f"aarch64-linux-gnu.{GLIBC}", {3: "aarch64-linux"}, ".so", ("-lm",)),
     Platform("aarch64-macos", {3: "aarch64-darwin"}, ".dylib", _MACOS, small=_TEXTS_AS_DATA),
 )
+
+
+def loaded_here(fmi: int = 2) -> tuple[str, ...]:
+    """Folder of the library that this machine loads; empty, which means all of them, where there is none for it.
+
+    Parameters
+    ----------
+    fmi : int
+        2 or 3.
+    """
+    system = {"linux": "linux", "win32": "windows", "darwin": "macos"}.get(sys.platform)
+    processor = {"AMD64": "x86_64", "arm64": "aarch64"}.get(machine(), machine())
+    return tuple(
+        p.folders[fmi] for p in PLATFORMS if fmi in p.folders and p.target.split("-")[:2] == [processor, system]
+    )
 
 
 def binaries(
