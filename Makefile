@@ -10,9 +10,11 @@ PINNED := pyproject.toml constraints.txt build_scripts/setup_venv.py
 demo: .venv/ready
 	$(BIN)/tsm-fmu demo --out out/demo
 
-test: lint types
-# small matrices: threads only cost; of two processors the third process takes what tests that wait leave; hundreds of
-# processes start: sources are compiled once
+test: .venv/ready-test
+# hundreds of processes start: sources are compiled once, those of the tests while lint and types look
+	@PYTHONDONTWRITEBYTECODE= $(BIN)/pytest --collect-only -qq >/dev/null 2>&1 &
+	$(MAKE) lint types
+# small matrices: threads only cost; of two processors the third process takes what tests that wait leave
 	OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder --randomly-seed=$(ORDER)
 
 lint: .venv/ready-test
