@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from tsm_fmu.diagnosis.choice.hypotheses import can_leave_out, hypothesis, left_out_in_turn
+from tsm_fmu.diagnosis.criteria import NOTABLE_RATIO
 from tsm_fmu.diagnosis.fits.nuisance import (
     best_refit,
     most_removing,
@@ -33,10 +35,10 @@ FREE = ("presliding_shape", "sensor_lag@F", "offset_drift@F")
 Rig = Callable[..., FitRun]
 
 
-def lagged(y: np.ndarray) -> np.ndarray:
+def lagged(y: np.ndarray, tau: float = TAU) -> np.ndarray:
     """A first-order lag, exact while its input goes in straight lines."""
-    e = np.exp(-DT / TAU)
-    b1 = 1.0 - TAU / DT * (1.0 - e)
+    e = np.exp(-DT / tau)
+    b1 = 1.0 - tau / DT * (1.0 - e)
     return np.asarray(lfilter([b1, 1.0 - e - b1], [1.0, -e], y))
 
 
@@ -72,7 +74,18 @@ def test_a_late_channel_is_taken_by_the_lag_alone(rig: Rig, known: dict[str, flo
     assert most_removing(nuisances, FREE) == "sensor_lag@F"
 
 
-def test_where_nothing_is_late_no_nuisance_effect_removes_anything_notable(rig: Rig, known: dict[str, float]) -> None:
+def test_what_removes_most_may_be_little_beside_the_noise(rig: Rig, known: dict[str, float]) -> None:
+    base = fitted([rig(seed, noise=0.008, instrument=partial(lagged, tau=0.0021)) for seed in (21, 22)], known)
+    nuisances = with_nuisances(base, FREE)
+    removed = (refit_without(nuisances, "sensor_lag@F", FREE).rmse[0] / nuisances.rmse[0]) ** 2 - 1.0
+    assert 0.05 < removed < NOTABLE_RATIO
+    assert significant_nuisances(nuisances, FREE, FREE) == {}  # too little for a name
+    assert most_removing(nuisances, FREE) == "sensor_lag@F"
+
+
+def test_where_nothing_is_late_no_nuisance_effect_removes_anything_beyond_noise(
+    rig: Rig, known: dict[str, float]
+) -> None:
     base = fitted([rig(seed) for seed in (21, 22)], known)
     assert most_removing(with_nuisances(base, FREE), FREE) is None
 

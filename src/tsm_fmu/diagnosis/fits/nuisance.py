@@ -21,6 +21,7 @@ from ...kernels.kernel import kernel
 from ...models.contract import InputError
 from ...regression.thinning import thinned
 from ..criteria import (
+    DIFFERENCE_DEVIANCE,
     LAW_FORM_SHARE,
     LITTLE_SPREAD_SHARE,
     NEARLY_ALL_SHARE,
@@ -384,7 +385,9 @@ def significant_nuisances(
 
 
 def most_removing(fitted: Fitted, nuisances: Sequence[str]) -> str | None:
-    """The nuisance effect of a fit that removes most, if that is a notable part and more than next to nothing.
+    """The nuisance effect of a fit that removes most, if that is beyond noise and more than next to nothing.
+
+    It tells a family, not what is missing: a part that is too little for that may do.
 
     Parameters
     ----------
@@ -394,10 +397,12 @@ def most_removing(fitted: Fitted, nuisances: Sequence[str]) -> str | None:
     """
     spread, found = np.maximum(fitted.spread, 1e-300), dict[str, float]()
     for spec in (s for s in fitted.effects if s in nuisances):
-        before, after = refit_without(fitted, spec, nuisances).rmse ** 2, fitted.rmse**2
-        notable = notably_removed(before, after, spread)
-        if notable.any():
-            found[spec] = float(np.max(((before - after) / spread**2)[notable]))
+        left = fitted.rmse**2
+        removed = refit_without(fitted, spec, nuisances).rmse ** 2 - left
+        noise = DIFFERENCE_DEVIANCE * left / fitted.effective
+        shown = removed > np.maximum(noise, (LITTLE_SPREAD_SHARE * spread) ** 2)
+        if shown.any():
+            found[spec] = float(np.max((removed / spread**2)[shown]))
     return max(found, key=lambda spec: found[spec], default=None)
 
 
