@@ -5,17 +5,18 @@ BIN := .venv/bin
 ORDER ?= 2015
 PINNED := pyproject.toml constraints.txt build_scripts/setup_venv.py
 
-.PHONY: demo test lint types bench docs fmus reproduce mutate clean
+.PHONY: demo test sources lint types bench docs fmus reproduce mutate clean
 
 demo: .venv/ready
 	$(BIN)/tsm-fmu demo --out out/demo
 
-test: .venv/ready-test
-# hundreds of processes start: sources are compiled once, those of the tests while lint and types look
-	@PYTHONDONTWRITEBYTECODE= $(BIN)/pytest --collect-only -qq >/dev/null 2>&1 &
-	$(MAKE) lint types
-# small matrices: threads only cost; of two processors the third process takes what tests that wait leave
+# small matrices: threads only cost; of two processors the third process takes what tests that wait leave; hundreds of
+# processes start: sources are compiled once
+test: sources lint types
 	OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder --randomly-seed=$(ORDER)
+
+sources: .venv/ready-test  # of the tests, for all workers at once: in the background, while lint and types look
+	@PYTHONDONTWRITEBYTECODE= $(BIN)/pytest --collect-only -qq >/dev/null 2>&1 &
 
 lint: .venv/ready-test
 	$(BIN)/ruff check .

@@ -12,7 +12,6 @@ from tsm_fmu.cosim.ssp import write_ssp
 from tsm_fmu.cosim.system import Component, Connection, Experiment, System
 from tsm_fmu.fmu.build import build_fmu
 from tsm_fmu.fmu.native import zig
-from tsm_fmu.fmu.native.zig import loaded_here
 from tsm_fmu.kernels.kernel import kernel
 
 TIMING = Experiment(stop=0.3, step=0.01)
@@ -62,7 +61,7 @@ def test_fmus_take_the_place_of_a_component(loop, foreign, tmp_path):
 
 def test_flavours_of_a_scenario_give_the_same_numbers(tmp_path, monkeypatch):
     """The same kernels in C and in Python, at two loads; each flavour's FMUs are kept beside the table."""
-    here = tuple(p for p in zig.PLATFORMS if p.folders.get(2) in loaded_here())
+    here = tuple(p for p in zig.PLATFORMS if p.folders.get(2) in zig.loaded_here())
     monkeypatch.setattr(zig, "PLATFORMS", here or zig.PLATFORMS)  # the others have tests of their own
     grid = {"flavour": ["native", "python"], "load.k": [0.11, 0.19]}
     table = tsm.sweep("mssp_feedforward", grid, case=["periodic.b065_law_1"], stop=0.05, out=tmp_path, workers=1)

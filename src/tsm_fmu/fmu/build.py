@@ -48,6 +48,17 @@ BUILT = (("native", 2), ("native", 3), ("python", 2))
 FLAVOURS = tuple(dict.fromkeys(flavour for flavour, _ in BUILT))
 
 
+def check_flavour(flavour: str) -> None:
+    """Refuse a flavour that is not built.
+
+    Raises
+    ------
+    InputError
+    """
+    if flavour not in FLAVOURS:
+        raise InputError(f"flavour {flavour!r} -- expected one of {', '.join(FLAVOURS)} -- choose one")
+
+
 def build_fmu(
     kernel: Kernel,
     out: Path,

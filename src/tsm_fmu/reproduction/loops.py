@@ -20,6 +20,7 @@ from ..cosim.cases import run_cases
 from ..cosim.ssp import Case
 from ..cosim.trajectory import SimulationStopped, Trajectory
 from ..fmu.build import build_fmu
+from ..fmu.native.zig import loaded_here
 from ..kernels.chain import chain
 from ..kernels.kernel import kernel
 
@@ -73,12 +74,8 @@ def _fmu(spec: str, flavour: str) -> Path:
     model, *effects = spec.split("+")
     built = chain(model, tuple(effects)) if effects else kernel(model)
     name = re.sub(r"\W", "_", spec)
-    platforms: tuple[str, ...] = ()
-    if flavour == "native":
-        from ..fmu.native.zig import loaded_here  # brings a compiler along
-
-        platforms = loaded_here()
-    return build_fmu(built, _folder() / flavour / f"{name}.fmu", name=name, flavour=flavour, platforms=platforms)
+    path = _folder() / flavour / f"{name}.fmu"
+    return build_fmu(built, path, name=name, flavour=flavour, platforms=loaded_here())
 
 
 def co_simulate(cases: Mapping[str, Case], record: Sequence[str] | None = None) -> dict[str, Trajectory]:

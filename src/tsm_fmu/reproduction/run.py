@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 
-from ..fmu.build import FLAVOURS
+from ..fmu.build import check_flavour
 from ..models.contract import InputError
 from .claims import Claim, Method
 from .loops import FMUS
@@ -76,8 +76,7 @@ def reproduce(
     for paper in papers:
         if paper not in PAPERS:
             raise InputError(f"paper {paper!r} -- expected one of {', '.join(PAPERS)} -- choose one")
-    if flavour not in FLAVOURS:
-        raise InputError(f"flavour {flavour!r} -- expected one of {', '.join(FLAVOURS)} -- choose one")
+    check_flavour(flavour)
     begin = time.perf_counter()
     results: dict[str, PaperResult] = {}
     for paper in PAPERS:

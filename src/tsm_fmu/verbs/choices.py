@@ -12,7 +12,7 @@ from ..card import ModelCard, read_card
 from ..cosim.cases import with_values
 from ..cosim.description import describe
 from ..cosim.sweep import SEED, Axis, Change, numeric_axis, seeds
-from ..fmu.build import FLAVOURS, build_fmu
+from ..fmu.build import build_fmu, check_flavour
 from ..kernels.kernel import kernel
 from ..models.contract import InputError
 from .systems import Opened
@@ -139,8 +139,7 @@ def _change(system: Opened, components: Mapping[str, Path], at: Mapping[str, str
 
 
 def _of_flavour(system: Opened, components: Mapping[str, Path], flavour: str, folder: Path) -> dict[str, Path]:
-    if flavour not in FLAVOURS:
-        raise InputError(f"flavour {flavour!r} -- expected one of {', '.join(FLAVOURS)} -- choose one")
+    check_flavour(flavour)
     if system.scenario is None:
         first = next(iter(components))
         raise InputError(

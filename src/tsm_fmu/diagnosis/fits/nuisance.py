@@ -395,12 +395,11 @@ def most_removing(fitted: Fitted, nuisances: Sequence[str]) -> str | None:
     nuisances : sequence of str
         All that are nuisance effects.
     """
-    spread, found = np.maximum(fitted.spread, 1e-300), dict[str, float]()
+    spread, left, found = np.maximum(fitted.spread, 1e-300), fitted.rmse**2, dict[str, float]()
+    least = np.maximum(DIFFERENCE_DEVIANCE * left / fitted.effective, (LITTLE_SPREAD_SHARE * spread) ** 2)
     for spec in (s for s in fitted.effects if s in nuisances):
-        left = fitted.rmse**2
         removed = refit_without(fitted, spec, nuisances).rmse ** 2 - left
-        noise = DIFFERENCE_DEVIANCE * left / fitted.effective
-        shown = removed > np.maximum(noise, (LITTLE_SPREAD_SHARE * spread) ** 2)
+        shown = removed > least
         if shown.any():
             found[spec] = float(np.max((removed / spread**2)[shown]))
     return max(found, key=lambda spec: found[spec], default=None)
