@@ -135,8 +135,9 @@ def test_after_a_gap_a_run_is_compared_once_the_drive_has_moved_as_far(lost: int
     after = np.ptp(x[700 : 700 + out.sum()])
     assert 0.08 * STROKE < after < 0.1 * STROKE
     assert out.sum() == np.flatnonzero(out)[-1] - 699
-    both = compared_after_gaps(kernel("TendonDrive"), replace(run, unresolved=(np.arange(x.size) == 3)[:, None]))
-    assert both.unresolved[3, 0]
+    both = compared_after_gaps(kernel("TendonDrive"), replace(run, doubt=1.7 * (np.arange(x.size) == 3)[:, None]))
+    assert both.doubt[3, 0] == 1.7
+    assert np.isinf(both.doubt[both.doubt > 1.7]).all()
     assert both.unresolved.sum() == out.sum() + 1
 
 

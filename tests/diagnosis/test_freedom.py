@@ -11,8 +11,9 @@ import pytest
 from scipy.signal import lfilter
 
 from tsm_fmu.diagnosis.choice.hypotheses import can_leave_out, hypothesis, left_out_in_turn
-from tsm_fmu.diagnosis.criteria import NOTABLE_RATIO
+from tsm_fmu.diagnosis.criteria import CLEAN_EFFECT_SPREAD_SHARE, NOTABLE_RATIO, NUISANCE_SPREAD_SHARE
 from tsm_fmu.diagnosis.fits.nuisance import (
+    RemovedOnReference,
     best_refit,
     most_removing,
     nuisance_specs,
@@ -81,6 +82,33 @@ def test_what_removes_most_may_be_little_beside_the_noise(rig: Rig, known: dict[
     assert 0.05 < removed < NOTABLE_RATIO
     assert significant_nuisances(nuisances, FREE, FREE) == {}  # too little for a name
     assert most_removing(nuisances, FREE) == "sensor_lag@F"
+
+
+@pytest.mark.parametrize(("tau", "noise"), [(0.0041, 0.008), (0.0057, 0.008), (0.0057, 0.03)])
+def test_a_late_channel_that_reference_runs_do_not_show_need_not_be_later_than_is_usual(
+    rig: Rig, known: dict[str, float], tau: float, noise: float
+) -> None:
+    """Unless what it removes is little beside the noise, or they show it too."""
+    as_late = partial(rig, noise=noise, instrument=partial(lagged, tau=tau))
+    late = with_nuisances(fitted([as_late(seed) for seed in (21, 22)], known), FREE)
+    removed = np.sqrt(refit_without(late, "sensor_lag@F", FREE).rmse[0] ** 2 - late.rmse[0] ** 2)
+    assert CLEAN_EFFECT_SPREAD_SHARE < removed / late.spread[0] < NUISANCE_SPREAD_SHARE
+    assert significant_nuisances(late, FREE, FREE) == {}
+    for there in (partial(rig, noise=noise), as_late):
+        reference = with_nuisances(fitted([there(seed) for seed in (31, 32)], known), FREE)
+        removal = RemovedOnReference(reference, FREE)
+        task = replace(late.task, discrepancy=reference.rmse, reference_removal=removal)
+        found = hypothesis((), replace(late, task=task), FREE, []).effects
+        assert found == (("sensor_lag@F",) if there is not as_late and noise < 0.01 else ())
+
+
+def test_a_late_channel_that_is_nearly_all_that_is_left_need_not_be_later_than_is_usual(
+    rig: Rig, known: dict[str, float]
+) -> None:
+    late = fitted([rig(s, noise=0.001, instrument=partial(lagged, tau=0.0061)) for s in (21, 22)], known)
+    (removed, less) = significant_nuisances(with_nuisances(late, FREE), FREE, FREE)["sensor_lag@F"]
+    assert CLEAN_EFFECT_SPREAD_SHARE < removed < NUISANCE_SPREAD_SHARE
+    assert less.rmse[0] > 3.0 * 0.001
 
 
 def test_where_nothing_is_late_no_nuisance_effect_removes_anything_beyond_noise(

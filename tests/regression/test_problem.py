@@ -69,13 +69,21 @@ def test_blocks_of_few_samples_are_added_up_to_the_bits_of_reduceat(block: int, 
     )
 
 
-def test_values_that_are_not_compared_leave_no_residual() -> None:
+def test_values_in_doubt_leave_what_is_beyond_it_and_those_not_compared_nothing() -> None:
     problem = made((300,))
-    left_out = np.zeros((300, 2), bool)
-    left_out[40:90, 1] = True
     point = [(0, problem.start()[0])]
-    found = problem.with_runs([problem.runs[0].leaving_out(left_out)]).reweighted(problem.weights).residuals(point)[0]
-    assert np.array_equal(found, np.where(left_out.T.ravel(), 0.0, problem.residuals(point)[0]))
+    whole, doubt = problem.residuals(point)[0], np.zeros((300, 2))
+    doubt[40:90, 1] = np.inf
+    doubt[120:190, 0] = np.quantile(np.abs(whole[120:190]), 0.4) / problem.weights[0]
+    run = problem.runs[0].doubting(doubt)
+    within = problem.with_runs([run]).reweighted(problem.weights)
+    found, allowed = within.residuals(point)[0], (doubt * problem.weights).T.ravel()
+    assert np.allclose(found, np.sign(whole) * np.maximum(np.abs(whole) - allowed, 0.0), rtol=1e-12, atol=1e-15)
+    assert 0.3 < (found[120:190] == 0.0).mean() < 0.5
+    assert np.array_equal(found[allowed == 0.0], whole[allowed == 0.0])
+    assert np.allclose(within.gaps(problem.start())[0].T.ravel(), -found / problem.weights.repeat(300), atol=1e-15)
+    assert np.array_equal(run.doubting(0.1 * doubt).doubt, doubt)  # the larger of two
+    assert not problem.runs[0].doubting(np.zeros((300, 2))).doubt.size
 
 
 @pytest.mark.parametrize(("lead", "piece"), list(product((0, 41), (25_000, 900))))

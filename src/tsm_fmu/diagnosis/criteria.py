@@ -60,10 +60,13 @@ REST_DEVIATIONS = 3.0
 """Standard deviations of its noise, and of its mean over that time, within which it is not told from zero."""
 
 UNRESOLVED_SPREAD_SHARE = 0.02
-"""A value is not compared where what the log does not say of the motion between two samples makes more than this."""
+"""A value is in doubt where what the log does not say of the motion between two samples makes an error of more."""
+
+DOUBT_DEVIATIONS = 4.0
+"""It is then compared beyond so many standard deviations of that error."""
 
 UNRESOLVED_MOST_SHARE = 0.6
-"""At most this part of a run is left out for that: a log that resolves less is compared as it is."""
+"""At most this part of a run is in doubt for that: a log that resolves less is compared as it is."""
 
 LONG_STAY_RATIO = 8.0
 """A reading of an encoder that stays this many times longer than the ones beside it is a rest; at a reversal it stays
@@ -97,7 +100,9 @@ FORGOTTEN_LENGTHS = 3.0
 # Nuisance parameters
 
 NUISANCE_SPREAD_SHARE = 0.015
-"""A nuisance parameter that removes more is an effect of its own: the clocks and zeros of good rigs differ by less."""
+"""A nuisance parameter that removes more is an effect of its own: the clocks and zeros of good rigs differ by less.
+One that removes a notable part where reference runs show those of the rig, or nearly all, must remove what any effect
+must."""
 
 SHAPE_SPREAD_SHARE = 0.045
 """The same of laws of what follows a reversal: rigs differ by as much, and a model has but one."""

@@ -382,7 +382,7 @@ class RunComparison:
     per_run : mapping of str to float
         Parameters, by public name, of which this run has values of its own in the final model.
     unresolved : ndarray of bool, shape (n, channels)
-        Values that are not compared; empty where all are.
+        Values of which the log leaves something open; empty where there are none.
     """
 
     record: Record
@@ -394,7 +394,7 @@ class RunComparison:
     unresolved: BoolArray = field(default_factory=lambda: np.empty((0, 0), bool))
 
     def error(self, simulated: FloatArray) -> FloatArray:
-        """Measured minus simulated, shape (n, channels), nought where it is not compared."""
+        """Measured minus simulated, shape (n, channels), nought where the log leaves something open."""
         difference = self.measured - simulated
         return np.where(self.unresolved, 0.0, difference) if self.unresolved.size else difference
 

@@ -479,7 +479,7 @@ def _comparisons(found: Investigation, measured: Sequence[Record]) -> tuple[RunC
     """Each measured run beside its simulations, with all its samples."""
     runs, names = found.runs.measured, [v.name for v in found.runs.model.inputs]
     motion = found.runs.model.motion
-    whole = [replace(run, unresolved=np.empty((0, 0), bool)) for run in runs]
+    whole = [replace(run, doubt=np.empty((0, 0))) for run in runs]
     residuals = {name: fitted.at(whole).residuals for name, fitted in found.stages.items()}
     per_run = per_run_values(found.verdict.final)
     column = names.index(motion) if motion else None

@@ -50,8 +50,9 @@ class FitRun:
         The lead, samples before these: simulated, but not compared.
     derived : tuple of str
         One sentence for each input that the record does not hold itself.
-    unresolved : ndarray of bool, shape (n, number of channels)
-        Values that are not compared: there the simulation counts as measured. Empty where all are.
+    doubt : ndarray, shape (n, number of channels)
+        What the log leaves open of what is simulated: where it is within so much of what was measured it counts as
+        measured, beyond it what is beyond. Infinite where nothing is compared, empty where all is.
     """
 
     name: str
@@ -61,7 +62,12 @@ class FitRun:
     lead_time: FloatArray = field(default_factory=lambda: np.empty(0))
     lead_inputs: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
     derived: tuple[str, ...] = ()
-    unresolved: NDArray[np.bool_] = field(default_factory=lambda: np.empty((0, 0), bool))
+    doubt: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+
+    @cached_property
+    def unresolved(self) -> NDArray[np.bool_]:
+        """Values of which the log leaves something open, shape (n, number of channels); empty where there are none."""
+        return self.doubt > 0.0
 
     @cached_property
     def with_lead(self) -> tuple[FloatArray, FloatArray]:
@@ -75,41 +81,53 @@ class FitRun:
         time, inputs, targets = (np.ascontiguousarray(a[first:]) for a in (self.time, self.inputs, self.targets))
         lead = self.lead_time.size + first
         lead_time, lead_inputs = (a[:lead] for a in self.with_lead)
-        unresolved = self.unresolved[first:]
-        return FitRun(self.name, time, inputs, targets, lead_time, lead_inputs, self.derived, unresolved)
+        doubt = self.doubt[first:]
+        return FitRun(self.name, time, inputs, targets, lead_time, lead_inputs, self.derived, doubt)
 
     def compared(self, y: FloatArray) -> FloatArray:
-        """Simulated channels, shape (n, channels), with the measured ones where they are not compared."""
-        return np.where(self.unresolved, self.targets, y) if self.unresolved.size else y
+        """Simulated channels, shape (n, channels), nearer to the measured ones by what the log leaves open of them."""
+        if not self.doubt.size:
+            return y
+        return np.where(self.unresolved, self.targets + _beyond(y - self.targets, self.doubt), y)
 
     def excess(self, y: FloatArray) -> FloatArray:
-        """Simulated minus measured channels, zero where they are not compared, shape (channels, n); y (n, channels)."""
-        measured, unresolved = self._by_channel
-        found = y.T - measured
-        if unresolved.size:
-            np.copyto(found, 0.0, where=unresolved)
+        """Simulated minus measured channels, what of it is beyond doubt, shape (channels, n); y (n, channels)."""
+        found = y.T - self._by_channel
+        at, doubt = self._doubtful
+        found[at] = _beyond(found[at], doubt)
         return found
 
     @cached_property
-    def _by_channel(self) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Targets and what is unresolved of them, each channel in one piece."""
-        return np.ascontiguousarray(self.targets.T), np.ascontiguousarray(self.unresolved.T)
+    def _by_channel(self) -> FloatArray:
+        """Targets, each channel in one piece."""
+        return np.ascontiguousarray(self.targets.T)
 
-    def leaving_out(self, values: NDArray[np.bool_]) -> FitRun:
-        """A copy that does not compare these values either, shape (n, channels)."""
-        found = values | self.unresolved if self.unresolved.size else values
-        return replace(self, unresolved=found if found.any() else np.empty((0, 0), bool))
+    @cached_property
+    def _doubtful(self) -> tuple[tuple[NDArray[np.intp], ...], FloatArray]:
+        """Where there is doubt, by channel and sample, and how much."""
+        at = np.nonzero(self.unresolved.T)
+        return at, self.doubt.T[at]
+
+    def doubting(self, doubt: FloatArray) -> FitRun:
+        """A copy that is compared beyond this doubt too, shape (n, channels)."""
+        found = np.maximum(doubt, self.doubt) if self.doubt.size else doubt
+        return replace(self, doubt=found if found.any() else np.empty((0, 0)))
 
     def only(self, kept: NDArray[np.bool_]) -> FitRun:
         """A copy with some of the samples that are compared, shape (n,)."""
-        unresolved = self.unresolved[kept] if self.unresolved.size else self.unresolved
+        doubt = self.doubt[kept] if self.doubt.size else self.doubt
         chosen = {name: getattr(self, name)[kept] for name in ("time", "inputs", "targets")}
-        return replace(self, **chosen, unresolved=unresolved)
+        return replace(self, **chosen, doubt=doubt)
 
     def every(self, step: int) -> FitRun:
         """A copy at every ``step``-th sample."""
-        parts = ("time", "inputs", "targets", "lead_time", "lead_inputs", "unresolved")
+        parts = ("time", "inputs", "targets", "lead_time", "lead_inputs", "doubt")
         return replace(self, **{name: np.ascontiguousarray(getattr(self, name)[::step]) for name in parts})
+
+
+def _beyond(difference: FloatArray, doubt: FloatArray) -> FloatArray:
+    """What of a difference is beyond doubt."""
+    return np.asarray(difference - np.clip(difference, -doubt, doubt))
 
 
 @dataclass(frozen=True)

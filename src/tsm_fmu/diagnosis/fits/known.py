@@ -10,7 +10,7 @@ import numpy as np
 
 from ...kernels.arrays import FloatArray
 from ...regression.problem import FitRun
-from ..criteria import FORGOTTEN_TRAVEL_SHARE, LEFT_OUT_SHARE, UNRESOLVED_SPREAD_SHARE
+from ..criteria import DOUBT_DEVIATIONS, FORGOTTEN_TRAVEL_SHARE, LEFT_OUT_SHARE, UNRESOLVED_SPREAD_SHARE
 from ..runs.beginning import compared_late, friction_channels
 from ..runs.elsewhere import Elsewhere
 from ..runs.pasts import coming_from, travel
@@ -19,7 +19,7 @@ from .refit import Fitted
 
 
 def compared_where_known(runs: PreparedRuns, fitted: Fitted) -> PreparedRuns:
-    """Runs without the values of friction channels that a model tells apart for motions with the same readings.
+    """Runs with values of friction channels in doubt that a model tells apart for motions with the same readings.
 
     They begin where it no longer tells from which side the drive came before the log.
 
@@ -33,19 +33,21 @@ def compared_where_known(runs: PreparedRuns, fitted: Fitted) -> PreparedRuns:
     if not frictional.any():
         return runs
     stroke = runs.stroke
-    apart = np.where(frictional, np.sqrt(12.0) * UNRESOLVED_SPREAD_SHARE * fitted.spread, np.inf)  # evenly in between
+    least = np.where(frictional, UNRESOLVED_SPREAD_SHARE * fitted.spread, np.inf)
 
     def known(run: FitRun, other: Elsewhere | None) -> FitRun:
         up, down = (_simulated(coming_from(runs.model, run, way, stroke), fitted) for way in (1.0, -1.0))
         early_on = travel(runs.model, run) < FORGOTTEN_TRAVEL_SHARE * stroke
-        told = np.flatnonzero((np.abs(up - down) > apart).any(axis=1) & early_on)
+        told = np.flatnonzero((np.abs(up - down) > np.sqrt(12.0) * least).any(axis=1) & early_on)
         if told.size:
             run = compared_late(run, int(told[-1]) + 1)
         if other is None:
             return run
         late, early = (_simulated(_moved(run, inputs), fitted) for inputs in (other.late, other.early))
-        found = np.abs(late - early) > apart
-        return run.leaving_out(found & (found.mean(axis=0) <= LEFT_OUT_SHARE))
+        error = np.abs(late - early) / np.sqrt(12.0)  # evenly in between
+        found = error > least
+        found &= found.mean(axis=0) <= LEFT_OUT_SHARE
+        return run.doubting(np.where(found, DOUBT_DEVIATIONS * error, 0.0))
 
     every = (*runs.measured, *runs.reference, *runs.holdout)
     every = tuple(known(run, other) for run, other in zip(every, runs.others, strict=True))
@@ -59,5 +61,5 @@ def _moved(run: FitRun, inputs: FloatArray) -> FitRun:
 
 
 def _simulated(run: FitRun, fitted: Fitted) -> FloatArray:
-    whole = replace(run, unresolved=np.empty((0, 0), bool))
+    whole = replace(run, doubt=np.empty((0, 0)))
     return fitted.problem.with_runs([whole]).outputs(0, fitted.table[0])

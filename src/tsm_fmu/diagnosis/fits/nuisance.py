@@ -21,6 +21,7 @@ from ...kernels.kernel import kernel
 from ...models.contract import InputError
 from ...regression.thinning import thinned
 from ..criteria import (
+    CLEAN_EFFECT_SPREAD_SHARE,
     DIFFERENCE_DEVIANCE,
     LAW_FORM_SHARE,
     LITTLE_SPREAD_SHARE,
@@ -344,6 +345,9 @@ def significant_nuisances(
 ) -> dict[str, tuple[float, Fitted]]:
     """Nuisance effects without which a fit gets clearly worse, and by more than the form of a model or of an effect.
 
+    What is usual of good rigs is allowed for, unless reference runs show how much of it is usual of this one and it
+    removes a notable part, or next to nothing is left with it: then it must remove what any effect must.
+
     Parameters
     ----------
     fitted : Fitted
@@ -358,28 +362,37 @@ def significant_nuisances(
         What each removes as part of a channel's spread, and the fit without it.
     """
     found = {}
-    of_effects = LAW_FORM_SHARE * np.maximum(fitted.task.gap**2 - fitted.rmse**2, 0.0)
-    form = np.maximum(fitted.task.discrepancy, np.sqrt(of_effects))
-    least = np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, np.maximum(form, fitted.task.steps))
+    of_effects = np.sqrt(LAW_FORM_SHARE * np.maximum(fitted.task.gap**2 - fitted.rmse**2, 0.0))
+    of_any = np.maximum(CLEAN_EFFECT_SPREAD_SHARE * fitted.spread, np.maximum(of_effects, fitted.task.steps))
+    usual = np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, np.maximum(of_any, fitted.task.discrepancy))
+
+    def little(less: Fitted) -> bool:  # not where the model cannot run: it has to be refitted
+        before, left = less.rmse**2, fitted.rmse**2
+        known = nearly_removed(before, left)
+        if fitted.task.reference_removal:
+            known |= notably_removed(before, left, fitted.spread)
+        least = np.where(known & (not about(spec).after_reversal), of_any, usual)
+        return bool((_removed(less, fitted) <= least).all())
+
     for spec in fitted.effects:
         if sizes_as(effect_of(spec), "per run") and spec not in fitted.released:
             continue  # the zeros of runs: only one that moves within a run is an effect
-        if spec not in specs or float(fitted.share_of(spec).max()) < NUISANCE_SPREAD_SHARE:
+        if spec not in specs or float(fitted.share_of(spec).max()) < CLEAN_EFFECT_SPREAD_SHARE:
             continue
         replaced = without(fitted, spec)  # its place taken by the other parameters: a refit leaves no more
-        if (_removed(replaced, fitted) <= least).all():
+        if little(replaced):
             continue
         less = refit_without(fitted, spec, nuisances)
-        if not (_removed(less, fitted) > least).any():
+        if little(less):
             continue
         for start in other_starts(fitted, (replaced.values, replaced.per_run)):
             with suppress(InputError):  # the model cannot run there
                 less = min(less, refit_without(fitted, spec, nuisances, start), key=lambda f: f.cost)
-        removed = _removed(less, fitted)
         added = [e for e in fitted.effects if e not in nuisances]
         if looks_like(spec, added) and not nearly_removed(less.rmse**2, fitted.rmse**2).any():
             continue  # beside what it hides behind it corrects the form of a law
-        if (removed > least).any():
+        if not little(less):
+            removed = _removed(less, fitted)
             found[spec] = float(np.max(removed / np.maximum(fitted.spread, 1e-300))), less
     return found
 

@@ -62,7 +62,8 @@ def compared_after_gaps(model: Kernel, run: FitRun) -> FitRun:
     for begin in begins:
         unknown[begin : _forgotten(x, int(begin))] = True
     unknown &= unknown.mean() <= LEFT_OUT_SHARE  # else there is nothing to compare
-    return run.leaving_out(np.repeat(unknown[:, None], run.targets.shape[1], axis=1))
+    doubt = np.where(unknown, np.inf, 0.0)
+    return run.doubting(np.repeat(doubt[:, None], run.targets.shape[1], axis=1))
 
 
 def _forgotten(x: FloatArray, since: int) -> int:

@@ -2,7 +2,8 @@
 
 After a reversal friction turns over within the presliding distance. Where the drive passes that in a sample or two, or
 in a step or two of its encoder, what is simulated there depends on how the drive moved between two samples, which no
-log says: differences as large as the friction itself, and no fault of the model. They are not compared.
+log says: differences as large as the friction itself, and no fault of the model. They are compared beyond what that
+may make: a channel that comes late is off by more.
 """
 
 from __future__ import annotations
@@ -10,8 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
+from scipy.ndimage import maximum_filter1d
 
 from ...kernels.arrays import FloatArray
 from ...kernels.kernel import Kernel
@@ -19,7 +19,7 @@ from ...logs.differentiate import after_gaps
 from ...logs.quantisation import quantisation_step
 from ...regression.problem import FitRun
 from ...regression.residuals import white_noise
-from ..criteria import UNRESOLVED_MOST_SHARE, UNRESOLVED_SPREAD_SHARE
+from ..criteria import DOUBT_DEVIATIONS, UNRESOLVED_MOST_SHARE, UNRESOLVED_SPREAD_SHARE
 from .beginning import friction_channels
 from .motion_signals import position_of
 
@@ -28,7 +28,7 @@ NOISE_DEVIATIONS = 4.0
 
 
 def without_unresolved(model: Kernel, run: FitRun, channels: Sequence[str]) -> FitRun:
-    """The run, of which such values are not compared.
+    """The run, of which such values are in doubt.
 
     Parameters
     ----------
@@ -43,19 +43,19 @@ def without_unresolved(model: Kernel, run: FitRun, channels: Sequence[str]) -> F
         return run
     x = position_of(model, run.time, run.inputs)
     frictional = friction_channels(model)
-    found = np.zeros(run.targets.shape, bool)
+    found = np.zeros(run.targets.shape)
     for c, channel in enumerate(channels):
         if channel in frictional:
             found[:, c] = unresolved(x, run.targets[:, c])
-    found &= found.mean(axis=0) <= UNRESOLVED_MOST_SHARE  # a log that resolves nothing is compared as it is
-    return run.leaving_out(found)
+    most = UNRESOLVED_MOST_SHARE  # a log that resolves nothing is compared as it is
+    return run.doubting(np.where((found > 0.0).mean(axis=0) <= most, found, 0.0))
 
 
-def unresolved(x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
-    """Samples of a channel that depend on how the drive moved between two samples.
+def unresolved(x: FloatArray, y: FloatArray) -> FloatArray:
+    """What is in doubt of a channel as it depends on how the drive moved between two samples, shape (n,).
 
     What is not known of the position (its encoder's step, and at a reversal how far it went between the samples),
-    times what the channel changes over the position.
+    times what the channel changes over the position; zero where that is little.
 
     Parameters
     ----------
@@ -72,8 +72,8 @@ def unresolved(x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
     change = np.maximum(np.abs(np.diff(y)) - NOISE_DEVIATIONS * float(white_noise(y)), 0.0)
     error = change * unknown / np.maximum(np.maximum(np.abs(moved), unknown), 1e-300)
     bad = error > UNRESOLVED_SPREAD_SHARE * float(np.std(y))
-    samples = np.append(bad, False) | np.append(False, bad)
-    return np.asarray(binary_dilation(samples, np.ones(3, bool)), bool)
+    error = np.where(bad, DOUBT_DEVIATIONS * error, 0.0)
+    return np.asarray(maximum_filter1d(np.maximum(np.append(error, 0.0), np.append(0.0, error)), 3))
 
 
 def unresolved_notes(runs: Sequence[FitRun], channels: Sequence[str]) -> Iterator[str]:
@@ -85,5 +85,5 @@ def unresolved_notes(runs: Sequence[FitRun], channels: Sequence[str]) -> Iterato
             share = 100.0 * count / sum(run.time.size for run in runs)
             yield (
                 f"{share:.2g} % of the samples of {channel} are reversals, or rests after them, that these samples or "
-                f"the steps of the position do not resolve{gap}: they are simulated and not compared"
+                f"the steps of the position do not resolve{gap}: they are compared beyond what that leaves open"
             )
