@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tsm_fmu.diagnosis.choice.form import beside
+from tsm_fmu.diagnosis.choice.form import beside, missing_after_all
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis
 from tsm_fmu.diagnosis.choice.refits import interleaved, shortlist
 from tsm_fmu.diagnosis.choice.supported import Choice, choice_of, dominated, indistinguishable, log_residual
@@ -91,8 +91,11 @@ def test_what_takes_the_place_of_another_effect_is_no_correction(left: dict[str,
     """It removes little more than the shape after a reversal did, which does nothing any more beside it."""
     plain = made("", 0.2, nuisance_specs={"presliding_shape": 0.3})
     gain = 0.8 * SHAPE_SPREAD_SHARE
-    one = beside(plain, "nonlocal_memory", made("nonlocal_memory", refit_without(gain, 0.2), nuisance_specs=left))
+    made_so = made("nonlocal_memory", refit_without(gain, 0.2), nuisance_specs=left)
+    one = beside(plain, "nonlocal_memory", made_so)
     assert ("nonlocal_memory" in one.effects) is named
+    again = replace(made_so, form_corrections=("nonlocal_memory",))  # before it took that place in another refit
+    assert missing_after_all(plain, again).effects == one.effects
 
 
 @pytest.mark.parametrize("referenced", [False, True])
