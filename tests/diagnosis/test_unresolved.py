@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.evidence import RunComparison
-from tsm_fmu.diagnosis.runs.unresolved import unresolved, unresolved_notes, without_unresolved
+from tsm_fmu.diagnosis.runs.unresolved import doubt_of, unresolved_notes, with_doubt
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun, Problem
 from tsm_fmu.regression.specification import search_space
@@ -36,7 +36,7 @@ def sampled(rate, x_0, frequency=0.71):
 
 def test_what_is_in_doubt_is_what_the_samples_do_not_say():
     x, truth, of_samples = sampled(40.0, 0.004)
-    doubt, error = unresolved(x, truth), np.abs(of_samples - truth)
+    doubt, error = doubt_of(x, truth), np.abs(of_samples - truth)
     found, wrong = doubt > 0.0, error > 0.06
     late = np.arange(x.size) > 40
     assert wrong[late].mean() > 0.02
@@ -50,17 +50,17 @@ def test_what_is_in_doubt_is_what_the_samples_do_not_say():
 def test_resolved_reversals_noise_and_fast_motion_without_friction_are_compared():
     rng = np.random.default_rng(661)
     x, truth, _ = sampled(900.0, 0.03)
-    assert not unresolved(x, truth).any()
-    assert not unresolved(x, truth + 0.08 * rng.standard_normal(x.size)).any()
+    assert not doubt_of(x, truth).any()
+    assert not doubt_of(x, truth + 0.08 * rng.standard_normal(x.size)).any()
     fast, _, _ = sampled(17.0, 0.03)
-    assert not unresolved(fast, 0.9 * fast + 0.02).any()
+    assert not doubt_of(fast, 0.9 * fast + 0.02).any()
 
 
 def test_steps_of_an_encoder_count():
     x, truth, _ = sampled(600.0, 0.002)
-    assert (unresolved(x, truth) > 0.0).mean() < 0.03
+    assert (doubt_of(x, truth) > 0.0).mean() < 0.03
     step = 1.7e-3
-    assert (unresolved(step * np.round(x / step), truth) > 0.0).mean() > 0.03
+    assert (doubt_of(step * np.round(x / step), truth) > 0.0).mean() > 0.03
 
 
 @pytest.mark.parametrize(("rate", "some"), [(40.0, True), (4.0, False)])
@@ -70,7 +70,7 @@ def test_a_run_has_them_in_doubt_unless_that_is_most_of_it(rate, some):
     targets = np.column_stack([0.97 * x, truth])
     model = kernel("TendonDrive")
     run = FitRun("r", time, np.column_stack([x, 0.0 * x]), targets)
-    found = without_unresolved(model, run, ("x_out", "tau_in"))
+    found = with_doubt(model, run, ("x_out", "tau_in"))
     if not some:
         assert not found.unresolved.size
         return
@@ -81,7 +81,7 @@ def test_a_run_has_them_in_doubt_unless_that_is_most_of_it(rate, some):
 def test_what_is_in_doubt_leaves_what_is_beyond_it_however_a_run_is_cut():
     x, truth, _ = sampled(40.0, 0.004)
     time, model = np.arange(x.size) / 40.0, kernel("TendonDrive")
-    run = without_unresolved(
+    run = with_doubt(
         model,
         FitRun("r", time, np.column_stack([x, 0.0 * x]), np.column_stack([0.97 * x, 0.013 * truth])),
         ("x_out", "tau_in"),
@@ -107,7 +107,7 @@ def test_a_late_channel_is_beyond_what_the_log_leaves_open(rate, step):
     model, errors = kernel("LuGreFriction"), []
     for y in (truth, late):
         run = FitRun("r", time, np.gradient(x, time)[:, None], y[:, None])
-        doubt = without_unresolved(model, replace(run, inputs=np.gradient(read, time)[:, None]), ("F",)).doubt
+        doubt = with_doubt(model, replace(run, inputs=np.gradient(read, time)[:, None]), ("F",)).doubt
         errors.append(run.doubting(doubt).excess(dahl(read, 0.004)[:, None])[0])
     beyond = [np.sqrt(np.mean(e[60:] ** 2)) for e in errors]
     assert beyond[0] < 0.02
@@ -117,7 +117,7 @@ def test_a_late_channel_is_beyond_what_the_log_leaves_open(rate, step):
 def test_what_is_not_compared_is_said_and_no_error_of_an_fmu_either():
     x, truth, _ = sampled(40.0, 0.004)
     time, model = np.arange(x.size) / 40.0, kernel("TendonDrive")
-    run = without_unresolved(
+    run = with_doubt(
         model,
         FitRun("r", time, np.column_stack([x, 0.0 * x]), np.column_stack([0.97 * x, 0.013 * truth])),
         ("x_out", "tau_in"),

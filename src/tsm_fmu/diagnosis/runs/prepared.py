@@ -17,7 +17,7 @@ from .displacement import position_notes, with_position_between_steps
 from .drivers import with_drives
 from .elsewhere import Elsewhere, elsewhere
 from .motion_signals import position_of
-from .unresolved import without_unresolved
+from .unresolved import with_doubt
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def prepared(
     model, notes = with_drives(model, records, channels, drive)
 
     def as_read(record: Record) -> FitRun:
-        return without_unresolved(model, _repaired(fit_run(model, record, channels, cutoff)), channels)
+        return with_doubt(model, _repaired(fit_run(model, record, channels, cutoff)), channels)
 
     read = [as_read(record) for record in records]
     used = [with_position_between_steps(model, run) for run in read]

@@ -8,7 +8,7 @@ from ...kernels.kernel import Kernel
 from ...regression.problem import FitRun
 from ...regression.thinning import thinned
 from ..criteria import KEPT_RUN_SAMPLES, SEARCH_SAMPLES, SPEED_INPUT_SEARCH_SAMPLES
-from .unresolved import without_unresolved
+from .unresolved import with_doubt
 
 
 def thinned_for_search(model: Kernel, runs: Sequence[FitRun], channels: Sequence[str], times: int = 1) -> list[FitRun]:
@@ -16,6 +16,6 @@ def thinned_for_search(model: Kernel, runs: Sequence[FitRun], channels: Sequence
     rows = times * (SPEED_INPUT_SEARCH_SAMPLES if model.motion == "v" else SEARCH_SAMPLES)
     found = thinned(model, runs, rows, times * KEPT_RUN_SAMPLES)
     return [
-        few if few.time.size == run.time.size else without_unresolved(model, few, channels)
+        few if few.time.size == run.time.size else with_doubt(model, few, channels)
         for few, run in zip(found, runs, strict=True)
     ]

@@ -27,7 +27,7 @@ NOISE_DEVIATIONS = 4.0
 """Standard deviations of a channel's noise that a change from sample to sample must exceed."""
 
 
-def without_unresolved(model: Kernel, run: FitRun, channels: Sequence[str]) -> FitRun:
+def with_doubt(model: Kernel, run: FitRun, channels: Sequence[str]) -> FitRun:
     """The run, of which such values are in doubt.
 
     Parameters
@@ -46,12 +46,12 @@ def without_unresolved(model: Kernel, run: FitRun, channels: Sequence[str]) -> F
     found = np.zeros(run.targets.shape)
     for c, channel in enumerate(channels):
         if channel in frictional:
-            found[:, c] = unresolved(x, run.targets[:, c])
+            found[:, c] = doubt_of(x, run.targets[:, c])
     most = UNRESOLVED_MOST_SHARE  # a log that resolves nothing is compared as it is
     return run.doubting(np.where((found > 0.0).mean(axis=0) <= most, found, 0.0))
 
 
-def unresolved(x: FloatArray, y: FloatArray) -> FloatArray:
+def doubt_of(x: FloatArray, y: FloatArray) -> FloatArray:
     """What is in doubt of a channel as it depends on how the drive moved between two samples, shape (n,).
 
     What is not known of the position (its encoder's step, and at a reversal how far it went between the samples),
