@@ -62,8 +62,9 @@ REST_DEVIATIONS = 3.0
 UNRESOLVED_SPREAD_SHARE = 0.02
 """A value is in doubt where what the log does not say of the motion between two samples makes an error of more."""
 
-DOUBT_DEVIATIONS = 4.0
-"""It is then compared beyond so many standard deviations of that error."""
+DOUBT_DEVIATIONS = 8.0
+"""It is then compared beyond so many standard deviations of that error: at a reversal the law of a rig is that of the
+model only about, and a late channel is off by far more."""
 
 UNRESOLVED_MOST_SHARE = 0.6
 """At most this part of a run is in doubt for that: a log that resolves less is compared as it is."""
