@@ -12,6 +12,7 @@ import pytest
 from tsm_fmu.diagnosis.choice.form import beside, missing_after_all
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis
 from tsm_fmu.diagnosis.choice.refits import interleaved, shortlist
+from tsm_fmu.diagnosis.choice.selection import _imitates
 from tsm_fmu.diagnosis.choice.supported import Choice, choice_of, dominated, indistinguishable, log_residual
 from tsm_fmu.diagnosis.fits.refit import Task
 from tsm_fmu.effects import effect_of
@@ -389,6 +390,28 @@ def test_what_leaves_as_little_with_fewer_parameters_does_so_on_held_out_runs_to
     few = made("inertia", 0.03 * measured, 0.04 * held, parameters=6, effective=5000.0)
     assert dominated(many, few) is as_little
     assert not dominated(few, many)
+
+
+@pytest.mark.parametrize(("left", "imitated"), [(0.9, True), (1.2, False)])
+def test_what_an_answer_does_not_change_says_nothing_of_what_imitates_it(left: float, imitated: bool) -> None:
+    """In the other channel the law that has lost its signature leaves twice as much: values of the model moved."""
+    one = made("winding_crossover", 0.03, 0.04, parameters=9)
+    other = made("stiffness_hardening", 0.03 * left, 0.04 * left, parameters=6)
+
+    def both(h: Hypothesis, second: float) -> Hypothesis:
+        def pair(x: Any) -> Any:
+            return np.array([x[0], second * x[0]])
+
+        fitted: Any = SimpleNamespace(**{**vars(h.fitted), "share_of": lambda _: np.array([0.1, 0.0])})
+        more = {k: pair(getattr(h, k)) for k in ("measured", "held_out", "effective", "effective_held_out")}
+        return replace(h, fitted=fitted, **more)
+
+    one, other = both(one, 1.0), both(other, 2.0)
+    other.__dict__["disguised"], one.__dict__["disguised"] = True, False
+    assert not dominated(one, other)
+    assert _imitates(one, [one, other]) is imitated
+    other.__dict__["disguised"] = False
+    assert not _imitates(one, [one, other])
 
 
 def test_a_correction_of_form_hides_behind_the_others_with_all_that_it_adds() -> None:

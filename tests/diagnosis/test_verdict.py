@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,9 @@ import pytest
 from tsm_fmu.diagnosis.answer import verdict
 from tsm_fmu.diagnosis.criteria import FAMILY_SHARE
 from tsm_fmu.diagnosis.evidence import FamilyShare
+from tsm_fmu.diagnosis.fits.placing import not_applicable, play_before_friction
 from tsm_fmu.effects import EFFECTS, about
+from tsm_fmu.kernels.kernel import kernel
 
 AFTER_REVERSALS = [m.NAME for m in EFFECTS if m.ABOUT.after_reversal and m.ABOUT.looks_like]
 
@@ -22,25 +25,34 @@ def said(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(verdict, "sign_notes", lambda _: ())
     floors = SimpleNamespace(without_answer=False, open_=np.zeros(1, bool), unexplained=np.zeros(1, bool))
 
-    def of(effects: tuple[str, ...], inapplicable: tuple[str, ...]) -> verdict.Verdict:
+    def of(effects: tuple[str, ...], nowhere: Collection[str]) -> verdict.Verdict:
         winner = SimpleNamespace(effects=effects)
         choice = SimpleNamespace(winner=winner, supported=[winner])
         tested = [*effects, "viscous_power"]
         return verdict.verdict_of(
-            SimpleNamespace(levels=()), choice, floors, (), tested, (), inapplicable, (), lambda _: None
+            SimpleNamespace(levels=()), choice, floors, (), tested, (), nowhere, (), lambda _: None
         )
 
     return of
 
 
 @pytest.mark.parametrize("effect", AFTER_REVERSALS)
-def test_a_set_of_laws_after_reversals_holds_none_that_cannot_be_asked_about(said, effect: str) -> None:
+def test_a_set_of_laws_after_reversals_holds_none_that_cannot_be_there(said, effect: str) -> None:
     whole = said((effect,), ()).equivalent
     assert whole[0] == effect
     assert set(whole[1:]) <= set(about(effect).looks_like)
     for other in whole[1:]:
         assert said((effect,), (other,)).equivalent == tuple(e for e in whole if e != other)
     assert said((effect,), (effect,)).equivalent == whole, "what was refitted was asked about"
+
+
+@pytest.mark.parametrize(
+    ("model", "channels"), [("SingleTsmDahl", ("F",)), ("LuGreFriction", ("F",)), ("TendonDrive", ("x_out", "tau_in"))]
+)
+def test_another_curve_after_reversals_is_a_set_with_play_before_the_friction(said, model, channels) -> None:
+    base = kernel(model)
+    nowhere = not_applicable(base, channels).keys() - set(play_before_friction(base, channels))
+    assert said(("presliding_shape",), nowhere).equivalent == ("presliding_shape", "backlash", "smooth_backlash")
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,7 @@ from .criteria import (
 from .evidence import Candidate, FamilyShare, Gap, Gate, Limit, NextMotion, RunComparison, Tone
 from .fits.known import compared_where_known
 from .fits.nuisance import most_removing, notably_removed
-from .fits.placing import not_applicable
+from .fits.placing import not_applicable, play_before_friction
 from .fits.ranges import forgetting_ranges, level_ranges
 from .fits.refit import Fitted, Task, as_given
 from .result import MISSING, Diagnosis
@@ -296,8 +296,9 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
             result = with_limits(result, met)
         hidden, inapplicable = _not_excited(runs, result)
         tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]
+        nowhere = inapplicable.keys() - set(play_before_friction(runs.model, runs.channels))
         verdict = verdict_of(
-            result.baselines, result.choice, result.floors, evidence, tested, hidden, inapplicable, holdout, progress
+            result.baselines, result.choice, result.floors, evidence, tested, hidden, nowhere, holdout, progress
         )
     except KeyboardInterrupt:
         raise SearchInterrupted(fitted.refitted.fitted) from None

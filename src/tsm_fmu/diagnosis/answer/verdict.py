@@ -47,7 +47,7 @@ class Verdict:
 
 def verdict_of(
     baselines: Baselines, choice: Choice, floors: Floors, evidence: Sequence[FamilyShare], tested: Sequence[str],
-    hidden: Sequence[str], inapplicable: Collection[str], holdout: Sequence[FitRun], progress: Callable[[str], None],
+    hidden: Sequence[str], nowhere: Collection[str], holdout: Sequence[FitRun], progress: Callable[[str], None],
 ) -> Verdict:  # fmt: skip
     """The verdict.
 
@@ -62,8 +62,8 @@ def verdict_of(
         Ids of the effects that were refitted.
     hidden : sequence of str
         Ids of those that these runs could not show.
-    inapplicable : collection of str
-        Ids of those that cannot be asked about.
+    nowhere : collection of str
+        Ids of those that cannot be in this model.
     holdout : sequence of FitRun
     progress : callable
         Given what is being done.
@@ -86,7 +86,7 @@ def verdict_of(
     common += [id_of(one.spec) for one in levels]
     for effect in [e for e in common if about(e).after_reversal]:
         common.remove(effect)
-        others = [e for e in _other_laws_of_reversals(effect) if e not in inapplicable]
+        others = [e for e in _other_laws_of_reversals(effect) if e not in nowhere]
         alternatives = tuple(dict.fromkeys((*alternatives, effect, *others)))
     named = tuple(s for s in (*winner.effects, *(one.spec for one in levels)) if id_of(s) in common)
     notes = (*sign_notes(final), *_unexplained_notes(floors, final.problem.channels))

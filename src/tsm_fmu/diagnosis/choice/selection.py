@@ -163,9 +163,12 @@ def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) 
 
 
 def _imitates(one: Hypothesis, hypotheses: Sequence[Hypothesis]) -> bool:
-    """Whether a law that is none of the library's leaves as little as an answer with fewer parameters."""
+    """Whether a law that is none of the library's leaves as little as an answer with fewer parameters.
+
+    In the channels that the answer changes: what is left of others differs because the model's own values moved.
+    """
     disguised = [h for h in hypotheses if h.disguised and len(h.effects) <= len(one.effects)]
-    return any(dominated(one, other) for other in disguised)
+    return any(dominated(one, other, one.acts) for other in disguised)
 
 
 def _any_law_of_a_coordinate(effects: Sequence[str]) -> bool:

@@ -119,8 +119,10 @@ def without_corrections(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> H
     return min((h for h in hypotheses if corrected(h)), key=log_residual, default=best)
 
 
-def dominated(one: Hypothesis, other: Hypothesis) -> bool:
+def dominated(one: Hypothesis, other: Hypothesis, where: BoolArray | None = None) -> bool:
     """Whether another hypothesis leaves no more with fewer parameters, but for what noise and rounding make of it.
+
+    In all channels, or those given.
 
     Of two effects that hide behind each other the number of parameters does not tell which is there, unless the other
     leaves much less, but for one that needs a value for each run and leaves no less on measured and on held-out runs:
@@ -132,6 +134,8 @@ def dominated(one: Hypothesis, other: Hypothesis) -> bool:
     pairs = [(one.measured, other.measured, one.effective)]
     if one.held_out is not None and other.held_out is not None:
         pairs.append((one.held_out, other.held_out, one.effective_held_out))
+    if where is not None:
+        pairs = [(mine[where], theirs[where], effective[where]) for mine, theirs, effective in pairs]
     bent = 0.5 * PARAMETER_RATIO * surplus  # sure to be no more than the law bending to the form of the model
     margins = [CONVERGED_SHARE + DIFFERENCE_DEVIANCE / effective + bent for *_, effective in pairs]
     as_little = all((theirs <= mine * (1.0 + m)).all() for (mine, theirs, _), m in zip(pairs, margins, strict=True))

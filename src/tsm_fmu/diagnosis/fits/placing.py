@@ -107,9 +107,29 @@ def not_applicable(model: Kernel, channels: Sequence[str]) -> dict[str, str]:
         elif missing := _lacks(base, module, drives):
             found[module.NAME] = f"it needs {missing}, which these runs of {base.name} have not"
         elif module.ABOUT.role != "read" and not places_of_effect(base, module, channels, drives):
+            if module.NAME in play_before_friction(base, channels):
+                found[module.NAME] = "before the friction it is not told from another curve of friction after reversals"
+                continue
             acts = "friction" if "friction" in module.ABOUT.looked_for else "a position"
             found[module.NAME] = f"it acts on {acts}, which is in none of {', '.join(channels)}"
     return found
+
+
+def play_before_friction(model: Kernel, channels: Sequence[str]) -> tuple[str, ...]:
+    """Ids of plays that the motion may have before it comes to a friction that is measured.
+
+    They are not looked for there: friction that stands still in a gap has another curve after reversals, and no log
+    says which of the two it is.
+
+    Parameters
+    ----------
+    model : Kernel
+    channels : sequence of str
+        Measured ones.
+    """
+    if not model.motion or not friction_channels(model) & set(channels):
+        return ()
+    return tuple(m.NAME for m in EFFECTS if m.ABOUT.play and "input" in m.ABOUT.places)
 
 
 def least_stroke(module: ModuleType) -> float:
