@@ -101,7 +101,7 @@ def closed(before: float, after: float, floor: float) -> float:
     return 1.0 - (after**2 - floor**2) / (before**2 - floor**2)
 
 
-PLAIN, FREE = made("", (0.85, 0.19), (1.1, 0.3)), made("", (0.8, 0.18), (1.0, 0.28))
+PLAIN, FREE = made("", (0.9 / 1.1, 0.2 / 1.1), (1.1, 0.3)), made("", (0.8, 0.18), (1.0, 0.28))
 
 
 def listed(one: Any, answered: tuple[str, ...] = (), *, unknown: bool = False, gap: Any = None) -> Candidate:

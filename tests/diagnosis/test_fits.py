@@ -62,6 +62,35 @@ def test_errors_are_over_the_samples_of_all_runs(one: Fitted) -> None:
     assert [np.abs(a - b).max() for a, b in zip(one.residuals, left, strict=True)] == [0.0, 0.0]
 
 
+def test_a_fit_that_does_not_hold_on_all_samples_is_fitted_to_more_of_them(rig: Rig, known: dict[str, float]) -> None:
+    """Few samples have none of what follows a reversal: the stiffness may be anywhere there, and is seen on all."""
+    whole = [rig(3), rig(4, rows=1300)]
+    few = [replace(run, doubt=np.where(_presliding(run), np.inf, 0.0)) for run in whole]
+    task = Task("LuGreFriction", few, ("F",), known)
+    found = refit(task, (), {})
+    stiffness = found.problem.fields.index("sigma0")
+    wandering = found.with_values({"sigma0": 2.3 * 0.73 / 0.0067, "sigma1": 0.0})
+    assert wandering.rmse == pytest.approx(found.rmse, rel=0.05)
+    assert (wandering.at(whole).rmse > 2.0 * wandering.rmse).all()
+    held = wandering.holding(whole, whole)
+    assert held.problem.runs == wandering.problem.runs
+    best = refit(replace(task, runs=whole), (), {})
+    assert held.table[0, stiffness] == pytest.approx(best.table[0, stiffness], rel=0.02)
+    assert held.at(whole).rmse == pytest.approx(best.rmse, rel=1e-3)
+    assert best.holding(whole, whole) is best
+    other = [replace(run, targets=-run.targets) for run in whole]
+    assert wandering.holding(other, whole) is wandering  # what leaves more on all samples is not taken
+
+
+def _presliding(run: FitRun) -> np.ndarray:
+    """Samples within a few presliding distances after a reversal."""
+    way, since, near = run.inputs[:, 0] * np.gradient(run.time), 0.0, np.zeros(run.targets.shape, bool)
+    for k, moved in enumerate(way):
+        since = abs(moved) if k == 0 or moved * way[k - 1] <= 0.0 else since + abs(moved)
+        near[k] = since < 12.0 * 0.0067
+    return near
+
+
 def test_noise_that_forgets_slowly_is_worth_fewer_samples() -> None:
     rng = np.random.default_rng(3)
     white = [rng.normal(size=(n, 1)) for n in (4000, 2000)]

@@ -30,7 +30,16 @@ def said(monkeypatch: pytest.MonkeyPatch):
         choice = SimpleNamespace(winner=winner, supported=[winner])
         tested = [*effects, "viscous_power"]
         return verdict.verdict_of(
-            SimpleNamespace(levels=()), choice, floors, (), tested, (), nowhere, (), lambda _: None
+            SimpleNamespace(levels=(), refitted=SimpleNamespace(fitted=final)),
+            choice,
+            floors,
+            (),
+            tested,
+            (),
+            nowhere,
+            (),
+            lambda fitted: fitted,
+            lambda _: None,
         )
 
     return of
@@ -69,5 +78,18 @@ def test_a_gap_that_is_a_law_is_unknown_whatever_effects_the_runs_could_not_show
     fitted = SimpleNamespace(problem=SimpleNamespace(channels=("F", "x_out")))
     baselines = SimpleNamespace(refitted=SimpleNamespace(fitted=fitted))
     evidence = (FamilyShare("load", channel, share),)
-    found = verdict.verdict_of(baselines, None, floors, evidence, ("creep", "wear"), hidden, (), (), lambda _: None)
-    assert (found.word, found.final) == (word, fitted)
+    more = SimpleNamespace(problem=fitted.problem)
+    found = verdict.verdict_of(
+        baselines,
+        None,
+        floors,
+        evidence,
+        ("creep", "wear"),
+        hidden,
+        (),
+        (),
+        lambda one: more if one is fitted else one,
+        lambda _: None,
+    )
+    assert found.word == word
+    assert found.refitted is found.final is more

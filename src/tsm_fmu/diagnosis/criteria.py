@@ -47,6 +47,10 @@ more."""
 MORE_SAMPLES_RATIO = 4
 """So many times as many, until that is no longer so, or all are there."""
 
+BETWEEN_SAMPLES_RATIO = 1.1
+"""The refitted model and that of the answer are fitted to as many more if they leave so many times as much on all
+samples: a damping that acts between those of the search may be anywhere."""
+
 KEPT_RUN_SAMPLES = 500
 """A run keeps so many, however many runs there are."""
 

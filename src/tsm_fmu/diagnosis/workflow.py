@@ -101,8 +101,8 @@ class Investigation:
     @property
     def stages(self) -> dict[str, Fitted]:
         """The model as given, refitted, and that of the answer."""
-        before = self.selection.baselines
-        return {"given": before.given, "refitted": before.refitted.fitted, "final": self.verdict.final}
+        given = self.selection.baselines.given
+        return {"given": given, "refitted": self.verdict.refitted, "final": self.verdict.final}
 
 
 class SearchInterrupted(KeyboardInterrupt):
@@ -296,9 +296,14 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
             result = with_limits(result, met)
         hidden, inapplicable = _not_excited(runs, result)
         tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]
+        more = thinned_for_search(runs.model, runs.measured, runs.channels, times * MORE_SAMPLES_RATIO)
+
+        def held(fitted: Fitted) -> Fitted:
+            return fitted.holding(more, runs.measured)
+
         nowhere = inapplicable.keys() - set(play_before_friction(runs.model, runs.channels))
         verdict = verdict_of(
-            result.baselines, result.choice, result.floors, evidence, tested, hidden, nowhere, holdout, progress
+            result.baselines, result.choice, result.floors, evidence, tested, hidden, nowhere, holdout, held, progress
         )
     except KeyboardInterrupt:
         raise SearchInterrupted(fitted.refitted.fitted) from None

@@ -68,11 +68,12 @@ def candidates_of(
     """
     floor = np.array([g.floor_least if unknown else g.floor for g in gap.values()])
     least = np.array([g.floor_least for g in gap.values()])
+    searched = refitted.fitted.at(runs).rmse
     found = []
     for spec, one in rows:
         of_answer, alone = spec in answered, spec in one.added
         score = DECIBEL * log_gain(with_nuisances if alone else refitted, one)
-        base = np.array([g.refitted for g in gap.values()])
+        base = np.array([g.refitted for g in gap.values()]) if of_answer else searched
         shared = 0.0 if of_answer else one.reference_gain  # what it closes on reference runs too is not the gap
         if of_answer:
             measured = np.array([g.after for g in gap.values()])
@@ -120,6 +121,7 @@ def steps_of(
     runs : sequence of FitRun
         All samples of the measured runs.
     """
+    searched = refitted.fitted.at(runs).rmse
     steps, there = [], set()
     for size in range(1, len(effects)):
         fits = [h for h in hypotheses if len(h.added) == size and there < set(h.added) < set(effects)]
@@ -131,7 +133,8 @@ def steps_of(
             if best.held_out is not None and refitted.held_out is not None:
                 rms = _held_out(g, refitted.held_out[c], best.held_out[c])
                 holdout |= {} if rms is None else {channel: rms}
-        measured = dict(zip(gap, map(float, best.fitted.at(runs).rmse), strict=True))
+        parts = best.fitted.at(runs).rmse / np.maximum(searched, 1e-300)
+        measured = {channel: float(g.refitted * part) for (channel, g), part in zip(gap.items(), parts, strict=True)}
         steps.append(AnswerStep(best.added, measured, holdout))
     return tuple(steps)
 

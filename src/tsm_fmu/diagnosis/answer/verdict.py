@@ -29,8 +29,8 @@ class Verdict:
     ----------
     word : str
         ``named``, ``ambiguous``, ``unknown``, ``none``, ``parameters`` or ``not_excited``.
-    final : Fitted
-        The answer's model.
+    refitted, final : Fitted
+        The model without effects, and the answer's; both leave about as much on all samples.
     effects : tuple of str
         Named effects as ``id`` or ``id@channel``.
     equivalent : tuple of str
@@ -39,6 +39,7 @@ class Verdict:
     """
 
     word: str
+    refitted: Fitted
     final: Fitted
     effects: tuple[str, ...] = ()
     equivalent: tuple[str, ...] = ()
@@ -47,7 +48,8 @@ class Verdict:
 
 def verdict_of(
     baselines: Baselines, choice: Choice, floors: Floors, evidence: Sequence[FamilyShare], tested: Sequence[str],
-    hidden: Sequence[str], nowhere: Collection[str], holdout: Sequence[FitRun], progress: Callable[[str], None],
+    hidden: Sequence[str], nowhere: Collection[str], holdout: Sequence[FitRun], held: Callable[[Fitted], Fitted],
+    progress: Callable[[str], None],
 ) -> Verdict:  # fmt: skip
     """The verdict.
 
@@ -65,19 +67,21 @@ def verdict_of(
     nowhere : collection of str
         Ids of those that cannot be in this model.
     holdout : sequence of FitRun
+    held : callable
+        Gives a fit to more samples, where that of the search does not hold on all: see `Fitted.holding`.
     progress : callable
         Given what is being done.
     """
+    refitted = held(baselines.refitted.fitted)
     if floors.without_answer:
-        refitted = baselines.refitted.fitted
         unexplained = [c for c, there in zip(refitted.problem.channels, floors.unexplained, strict=True) if there]
         law = any(e.channel in unexplained and e.share > FAMILY_SHARE for e in evidence)
         testable = set(tested) - set(hidden)
-        return Verdict("unknown" if law or testable or not tested else "not_excited", refitted)
+        return Verdict("unknown" if law or testable or not tested else "not_excited", refitted, refitted)
     winner, levels = choice.winner, baselines.levels
-    final = _final_fit(winner, holdout, progress)
+    final = held(_final_fit(winner, holdout, progress))
     if not winner.effects and not levels:
-        return _without_effect(baselines, winner, final)
+        return _without_effect(baselines, winner, refitted, final)
     if levels:
         final = with_levels(final, levels)
     sets = [tuple(dict.fromkeys(id_of(spec) for spec in h.effects)) for h in choice.supported]
@@ -90,7 +94,7 @@ def verdict_of(
         alternatives = tuple(dict.fromkeys((*alternatives, effect, *others)))
     named = tuple(s for s in (*winner.effects, *(one.spec for one in levels)) if id_of(s) in common)
     notes = (*sign_notes(final), *_unexplained_notes(floors, final.problem.channels))
-    return Verdict("named" if named else "ambiguous", final, named, alternatives, notes)
+    return Verdict("named" if named else "ambiguous", refitted, final, named, alternatives, notes)
 
 
 def _other_laws_of_reversals(effect: str) -> tuple[str, ...]:
@@ -102,15 +106,15 @@ def _other_laws_of_reversals(effect: str) -> tuple[str, ...]:
     return alike if about(effect).role == "nuisance" else tuple(e for e in alike if about(e).after_reversal)
 
 
-def _without_effect(baselines: Baselines, winner: Hypothesis, final: Fitted) -> Verdict:
+def _without_effect(baselines: Baselines, winner: Hypothesis, refitted: Fitted, final: Fitted) -> Verdict:
     """No effect is missing: were other parameters needed?"""
-    given, refitted = baselines.given, baselines.refitted
-    needs_nuisances = not indistinguishable(refitted, winner, refitted)
-    used = winner if needs_nuisances else refitted
+    given, base = baselines.given, baselines.refitted
+    needs_nuisances = not indistinguishable(base, winner, base)
+    used = winner if needs_nuisances else base
     removed = np.maximum(given.rmse**2 - used.fitted.rmse**2, 0.0)
     if (removed <= (EFFECT_SPREAD_SHARE * used.fitted.spread) ** 2).all():
-        return Verdict("none", given)
-    return Verdict("parameters", final if needs_nuisances else refitted.fitted)
+        return Verdict("none", refitted, given)
+    return Verdict("parameters", refitted, final if needs_nuisances else refitted)
 
 
 def _final_fit(winner: Hypothesis, holdout: Sequence[FitRun], progress: Callable[[str], None]) -> Fitted:

@@ -20,7 +20,7 @@ from ...regression.residuals import rms
 from ...regression.sensitivity import sensitivity_scales
 from ...regression.specification import per_run_fields, search_space
 from ...regression.uncertainty import autocorrelation_time
-from ..criteria import REMEMBERED_SHARE
+from ..criteria import BETWEEN_SAMPLES_RATIO, REMEMBERED_SHARE
 
 STEPS = 15
 """Steps of one refit at most."""
@@ -138,6 +138,20 @@ class Fitted:
         table = descent(REFINED_STEPS, REFINED_CHANGE).refined(self.problem, self.table)
         found = Fitted(self.task, self.effects, self.problem, table, self.released)
         return found if found.cost < (1.0 - REFINED_GAIN) * self.cost else self
+
+    def holding(self, more: Sequence[FitRun], whole: Sequence[FitRun]) -> Fitted:
+        """A copy that leaves about as much on all samples, for which it is fitted to more of them where it does not.
+
+        Parameters
+        ----------
+        more, whole : sequence of FitRun
+            The same runs at more samples, and at all.
+        """
+        if (self.at(whole).rmse <= BETWEEN_SAMPLES_RATIO * self.rmse).all():
+            return self
+        table = descent(STEPS).refined(self.problem.with_runs(list(more)), self.table)
+        found = Fitted(self.task, self.effects, self.problem, table, self.released)
+        return found if found.at(whole).cost < self.at(whole).cost else self
 
     def has(self, effect: str) -> bool:
         """Whether the model's own law holds an effect, by parameters that were free to fit it."""
