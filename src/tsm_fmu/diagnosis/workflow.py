@@ -392,7 +392,7 @@ def _described(
     missing = verdict.word in MISSING
     where, shapes = located(stages[stage], seed, formulas=missing)
     given, refitted, final = (model_fit(fitted) for fitted in stages.values())
-    bounds = bound_notes(before.refitted.fitted, verdict.final)
+    bounds = bound_notes(verdict.refitted, verdict.final)
     diagnosis = Diagnosis(
         verdict.word, effects=verdict.effects, equivalent=(verdict.equivalent,) if verdict.equivalent else (),
         not_excited=found.not_excited, not_applicable=found.not_applicable, candidates=candidates,
