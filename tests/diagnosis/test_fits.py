@@ -72,14 +72,14 @@ def test_a_fit_that_does_not_hold_on_all_samples_is_fitted_to_more_of_them(rig: 
     wandering = found.with_values({"sigma0": 2.3 * 0.73 / 0.0067, "sigma1": 0.0})
     assert wandering.rmse == pytest.approx(found.rmse, rel=0.05)
     assert (wandering.at(whole).rmse > 2.0 * wandering.rmse).all()
-    held = wandering.holding(whole, whole)
+    held = wandering.holding(lambda: whole, whole)
     assert held.problem.runs == wandering.problem.runs
     best = refit(replace(task, runs=whole), (), {})
     assert held.table[0, stiffness] == pytest.approx(best.table[0, stiffness], rel=0.02)
     assert held.at(whole).rmse == pytest.approx(best.rmse, rel=1e-3)
-    assert best.holding(whole, whole) is best
+    assert best.holding(lambda: whole, whole) is best
     other = [replace(run, targets=-run.targets) for run in whole]
-    assert wandering.holding(other, whole) is wandering  # what leaves more on all samples is not taken
+    assert wandering.holding(lambda: other, whole) is wandering  # what leaves more on all samples is not taken
 
 
 def _presliding(run: FitRun) -> np.ndarray:

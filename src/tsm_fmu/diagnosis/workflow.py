@@ -296,14 +296,26 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
             result = with_limits(result, met)
         hidden, inapplicable = _not_excited(runs, result)
         tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]
-        more = thinned_for_search(runs.model, runs.measured, runs.channels, times * MORE_SAMPLES_RATIO)
 
-        def held(fitted: Fitted) -> Fitted:
-            return fitted.holding(more, runs.measured)
+        @cache
+        def more_samples() -> list[FitRun]:
+            return thinned_for_search(runs.model, runs.measured, runs.channels, times * MORE_SAMPLES_RATIO)
+
+        def holding(fitted: Fitted) -> Fitted:
+            return fitted.holding(more_samples, runs.measured)
 
         nowhere = inapplicable.keys() - set(play_before_friction(runs.model, runs.channels))
         verdict = verdict_of(
-            result.baselines, result.choice, result.floors, evidence, tested, hidden, nowhere, holdout, held, progress
+            result.baselines,
+            result.choice,
+            result.floors,
+            evidence,
+            tested,
+            hidden,
+            nowhere,
+            holdout,
+            holding,
+            progress,
         )
     except KeyboardInterrupt:
         raise SearchInterrupted(fitted.refitted.fitted) from None

@@ -121,7 +121,6 @@ def steps_of(
     runs : sequence of FitRun
         All samples of the measured runs.
     """
-    searched = refitted.fitted.at(runs).rmse
     steps, there = [], set()
     for size in range(1, len(effects)):
         fits = [h for h in hypotheses if len(h.added) == size and there < set(h.added) < set(effects)]
@@ -133,7 +132,7 @@ def steps_of(
             if best.held_out is not None and refitted.held_out is not None:
                 rms = _held_out(g, refitted.held_out[c], best.held_out[c])
                 holdout |= {} if rms is None else {channel: rms}
-        parts = best.fitted.at(runs).rmse / np.maximum(searched, 1e-300)
+        parts = best.fitted.at(runs).rmse / np.maximum(refitted.fitted.at(runs).rmse, 1e-300)
         measured = {channel: float(g.refitted * part) for (channel, g), part in zip(gap.items(), parts, strict=True)}
         steps.append(AnswerStep(best.added, measured, holdout))
     return tuple(steps)

@@ -48,7 +48,7 @@ class Verdict:
 
 def verdict_of(
     baselines: Baselines, choice: Choice, floors: Floors, evidence: Sequence[FamilyShare], tested: Sequence[str],
-    hidden: Sequence[str], nowhere: Collection[str], holdout: Sequence[FitRun], held: Callable[[Fitted], Fitted],
+    hidden: Sequence[str], nowhere: Collection[str], holdout: Sequence[FitRun], holding: Callable[[Fitted], Fitted],
     progress: Callable[[str], None],
 ) -> Verdict:  # fmt: skip
     """The verdict.
@@ -67,19 +67,19 @@ def verdict_of(
     nowhere : collection of str
         Ids of those that cannot be in this model.
     holdout : sequence of FitRun
-    held : callable
+    holding : callable
         Gives a fit to more samples, where that of the search does not hold on all: see `Fitted.holding`.
     progress : callable
         Given what is being done.
     """
-    refitted = held(baselines.refitted.fitted)
+    refitted = holding(baselines.refitted.fitted)
     if floors.without_answer:
         unexplained = [c for c, there in zip(refitted.problem.channels, floors.unexplained, strict=True) if there]
         law = any(e.channel in unexplained and e.share > FAMILY_SHARE for e in evidence)
         testable = set(tested) - set(hidden)
         return Verdict("unknown" if law or testable or not tested else "not_excited", refitted, refitted)
     winner, levels = choice.winner, baselines.levels
-    final = held(_final_fit(winner, holdout, progress))
+    final = holding(_final_fit(winner, holdout, progress))
     if not winner.effects and not levels:
         return _without_effect(baselines, winner, refitted, final)
     if levels:

@@ -21,6 +21,7 @@ from ..runs.beginning import friction_channels
 from ..runs.drivers import drives_of
 
 MOTION_UNITS = ("rad", "m")
+BEFORE_FRICTION = "before the friction it is not told from another curve of friction after reversals"
 
 
 def possible(
@@ -101,17 +102,16 @@ def not_applicable(model: Kernel, channels: Sequence[str]) -> dict[str, str]:
     """
     attached = tuple(getattr(model.module, "EFFECTS", ()))
     base, drives, found = kernel(model.name), drives_of(model), {}
+    plays = play_before_friction(base, channels)
     for module in EFFECTS:
         if module.NAME in map(id_of, attached):
             found[module.NAME] = "it is in the model as given"
         elif missing := _lacks(base, module, drives):
             found[module.NAME] = f"it needs {missing}, which these runs of {base.name} have not"
         elif module.ABOUT.role != "read" and not places_of_effect(base, module, channels, drives):
-            if module.NAME in play_before_friction(base, channels):
-                found[module.NAME] = "before the friction it is not told from another curve of friction after reversals"
-                continue
             acts = "friction" if "friction" in module.ABOUT.looked_for else "a position"
-            found[module.NAME] = f"it acts on {acts}, which is in none of {', '.join(channels)}"
+            nowhere = f"it acts on {acts}, which is in none of {', '.join(channels)}"
+            found[module.NAME] = BEFORE_FRICTION if module.NAME in plays else nowhere
     return found
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -139,19 +139,22 @@ class Fitted:
         found = Fitted(self.task, self.effects, self.problem, table, self.released)
         return found if found.cost < (1.0 - REFINED_GAIN) * self.cost else self
 
-    def holding(self, more: Sequence[FitRun], whole: Sequence[FitRun]) -> Fitted:
+    def holding(self, more: Callable[[], Sequence[FitRun]], whole: Sequence[FitRun]) -> Fitted:
         """A copy that leaves about as much on all samples, for which it is fitted to more of them where it does not.
 
         Parameters
         ----------
-        more, whole : sequence of FitRun
-            The same runs at more samples, and at all.
+        more : callable
+            Gives the same runs at more samples; only called where they are needed.
+        whole : sequence of FitRun
+            The same runs at all.
         """
-        if (self.at(whole).rmse <= BETWEEN_SAMPLES_RATIO * self.rmse).all():
+        here = self.at(whole)
+        if (here.rmse <= BETWEEN_SAMPLES_RATIO * self.rmse).all():
             return self
-        table = descent(STEPS).refined(self.problem.with_runs(list(more)), self.table)
-        found = Fitted(self.task, self.effects, self.problem, table, self.released)
-        return found if found.at(whole).cost < self.at(whole).cost else self
+        table = descent(STEPS).refined(self.problem.with_runs(list(more())), self.table)
+        found = replace(self, table=table)
+        return found if found.at(whole).cost < here.cost else self
 
     def has(self, effect: str) -> bool:
         """Whether the model's own law holds an effect, by parameters that were free to fit it."""
