@@ -43,7 +43,7 @@ def rows(fits: tuple[Hypothesis, Hypothesis], runs: list[FitRun], answered: tupl
         threshold=0.01, reference=None,
     )  # fmt: skip
     listed = [(spec, both) for spec in NUISANCES]
-    found = candidates_of(listed, answered, {"F": gap}, refitted, both, runs, (), unknown=False)
+    found = candidates_of(listed, answered, {"F": gap}, start_of({"F": gap}), refitted, both, runs, (), unknown=False)
     return {c.spec: c for c in found}
 
 
@@ -106,7 +106,9 @@ PLAIN, FREE = made("", (0.9 / 1.1, 0.2 / 1.1), (1.1, 0.3)), made("", (0.8, 0.18)
 
 def listed(one: Any, answered: tuple[str, ...] = (), *, unknown: bool = False, gap: Any = None) -> Candidate:
     rows = [(one.added[0], one)]
-    (found,) = candidates_of(rows, answered, gap or gaps(), PLAIN, FREE, (), ("creep",), unknown=unknown)
+    (found,) = candidates_of(
+        rows, answered, gap or gaps(), start_of(gap or gaps()), PLAIN, FREE, (), ("creep",), unknown=unknown
+    )
     return found
 
 
@@ -170,16 +172,20 @@ def test_rows_are_the_answers_effects_in_its_fit_then_each_alone_best_first() ->
         assert rows_of([start, wear, creep, both], choice, floors) == expected
 
 
+def start_of(found: dict[str, Any]) -> dict[str, tuple[float, float | None]]:
+    return {channel: (g.refitted, g.holdout_refitted) for channel, g in found.items()}
+
+
 def test_steps_of_an_answer_are_the_best_of_each_size_within_it() -> None:
     held = (0.55, 0.15)
     fits = [made("wear", (0.5, 0.1), held), made("creep", (0.4, 0.1), held), made("delay", (0.1, 0.1), held),
             made("creep slack", (0.3, 0.1), held), made("wear slack", (0.2, 0.1), held)]  # fmt: skip
-    gap = gaps(holdout_after=True)
-    first, second = steps_of(fits, ("wear", "slack", "creep"), gap, PLAIN, ())
+    start = start_of(gaps(holdout_after=True))
+    first, second = steps_of(fits, ("wear", "slack", "creep"), start, PLAIN, (), ())
     assert (first.effects, second.effects) == (("creep",), ("creep", "slack"))  # on from the first
     assert first.measured == pytest.approx({"F": 0.44, "x": 0.11})
     assert first.holdout == pytest.approx({"F": 0.5, "x": 0.125})
-    assert steps_of(fits, ("wear",), gap, PLAIN, ()) == ()
-    assert len(steps_of(fits[:3], ("wear", "slack", "creep"), gap, PLAIN, ())) == 1
-    assert steps_of([replace(f, held_out=None) for f in fits], ("wear", "creep"), gap, PLAIN, ())[0].holdout == {}
-    assert steps_of(fits, ("wear", "creep"), gaps(), PLAIN, ())[0].holdout == {}
+    assert steps_of(fits, ("wear",), start, PLAIN, (), ()) == ()
+    assert len(steps_of(fits[:3], ("wear", "slack", "creep"), start, PLAIN, (), ())) == 1
+    assert steps_of([replace(f, held_out=None) for f in fits], ("wear", "creep"), start, PLAIN, (), ())[0].holdout == {}
+    assert steps_of(fits, ("wear", "creep"), start_of(gaps()), PLAIN, (), ())[0].holdout == {}

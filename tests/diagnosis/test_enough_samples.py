@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tsm_fmu.diagnosis import workflow
+from tsm_fmu.diagnosis import investigation
 from tsm_fmu.diagnosis.fits.refit import Task
 from tsm_fmu.diagnosis.runs.thinning import thinned_for_search
 from tsm_fmu.kernels.kernel import kernel
@@ -39,8 +39,8 @@ def test_the_search_takes_four_times_the_samples_until_a_fit_holds_on_all(
         one = SimpleNamespace(rmse=np.array([0.001]), at=lambda _: SimpleNamespace(rmse=left))
         return [], SimpleNamespace(refitted=SimpleNamespace(fitted=one))
 
-    monkeypatch.setattr(workflow, "_baselines", fitted)
-    times, *_ = workflow._on_enough_samples(runs, task, lambda _: None)
+    monkeypatch.setattr(investigation, "_baselines", fitted)
+    times, *_ = investigation._on_enough_samples(runs, task, lambda _: None)
     assert times == expected
     assert len(tried) == len(worse) + 1
     assert tried == sorted(set(tried))
@@ -50,6 +50,8 @@ def test_where_all_samples_are_there_a_fit_that_does_not_hold_is_taken(monkeypat
     model, run = kernel("PairedTsmBacklash"), long_run().only(np.arange(ROWS) < 900)
     runs: Any = SimpleNamespace(model=model, measured=[run], channels=("x_out",))
     one = SimpleNamespace(rmse=np.array([0.001]), at=lambda _: SimpleNamespace(rmse=np.array([0.7])))
-    monkeypatch.setattr(workflow, "_baselines", lambda *_: ([], SimpleNamespace(refitted=SimpleNamespace(fitted=one))))
-    times, *_ = workflow._on_enough_samples(runs, Task(model.name, [run], ("x_out",), {}), lambda _: None)
+    monkeypatch.setattr(
+        investigation, "_baselines", lambda *_: ([], SimpleNamespace(refitted=SimpleNamespace(fitted=one)))
+    )
+    times, *_ = investigation._on_enough_samples(runs, Task(model.name, [run], ("x_out",), {}), lambda _: None)
     assert times == 1

@@ -19,6 +19,7 @@ from tsm_fmu.diagnosis.fits.nuisance import (
     offsets,
     other_starts,
     shrunk_nuisances,
+    unlike_references,
     with_pooled_offsets,
 )
 from tsm_fmu.diagnosis.fits.quantised import Levels, coarse, step_noise
@@ -164,6 +165,28 @@ def test_without_reference_runs_more_of_a_shape_after_a_reversal_is_form(spec: s
     assert corrects_model_form(spec, 0.044, task, np.array([3.7, 0.2]))
     assert not corrects_model_form(spec, 0.046, task, np.array([3.7, 0.2]))
     assert not corrects_model_form("inertia", 0.02, task, np.array([3.7, 0.2]))
+
+
+@pytest.mark.parametrize(
+    ("left", "without", "reference", "on_reference", "unlike"),
+    [
+        (0.09, 0.21, 0.1, 0.01, True),
+        (0.12, 0.24, 0.1, 0.09, True),
+        (0.14, 0.24, 0.1, 0.01, False),  # more is left than on reference runs
+        (0.09, 0.19, 0.1, 0.01, False),  # without it hardly more
+        (0.09, 0.21, 0.1, 0.11, False),  # on reference runs it does half of that
+    ],
+)
+def test_a_form_that_reference_runs_do_not_have_is_none(
+    left: float, without: float, reference: float, on_reference: float, unlike: bool
+) -> None:
+    task = SimpleNamespace(
+        discrepancy=np.array([9.0, reference]), reference_removal={"presliding_shape": np.array([9.0, on_reference])}
+    )
+    fitted: Any = SimpleNamespace(task=task, rmse=np.array([0.5, left]))
+    found = unlike_references("presliding_shape", np.array([0.6, without]), fitted)
+    assert found.tolist() == [False, unlike]
+    assert not unlike_references("nonlocal_memory", np.array([0.6, without]), fitted).any(), "nobody asked of it there"
 
 
 def test_next_to_nothing_is_a_tenth_of_the_mean_square() -> None:

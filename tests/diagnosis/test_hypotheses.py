@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.choice import hypotheses as module
@@ -189,3 +192,20 @@ def test_a_probe_ranks_candidates_by_what_a_few_steps_of_a_refit_gain(task: Task
     assert all(s.gain >= before[s.attached.spec] for s in found)
     assert found[0].gain > before["inertia"] + 0.5  # the linear step saw a part of it
     assert len(probe(base, listed * 3, ())) == 8
+
+
+@pytest.mark.parametrize(("held_out", "missing"), [(None, True), (0.1**2, True), (0.14**2, False)])
+def test_what_reference_runs_do_without_is_missing_where_held_out_runs_are_as_good(
+    best: Hypothesis, held_out: float | None, missing: bool
+) -> None:
+    """A curve after reversals that removes 2 % of the spread: below what rigs differ in."""
+    spec, spread = "presliding_shape", best.fitted.spread
+    task = replace(best.fitted.task, discrepancy=1.01 * best.fitted.rmse, reference_removal={spec: 0.003 * spread})
+    fitted = replace(best.fitted, task=task)
+    without: Any = SimpleNamespace(rmse=np.sqrt(fitted.rmse**2 + (0.02 * spread) ** 2))
+    assert (without.rmse > 2.0 * task.discrepancy).all()
+    one = replace(
+        best, added=(), fitted=fitted, nuisances=(spec,), nuisance_tests=lambda: {spec: (0.02, without)},
+        held_out=None if held_out is None else held_out * (fitted.rmse / 0.1) ** 2,
+    )  # fmt: skip
+    assert one.effects == ((spec,) if missing else ())

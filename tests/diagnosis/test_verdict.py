@@ -39,6 +39,7 @@ def said(monkeypatch: pytest.MonkeyPatch):
             nowhere,
             (),
             lambda fitted: fitted,
+            (),
             lambda _: None,
         )
 
@@ -89,6 +90,7 @@ def test_a_gap_that_is_a_law_is_unknown_whatever_effects_the_runs_could_not_show
         (),
         (),
         lambda one: more if one is fitted else one,
+        (),
         lambda _: None,
     )
     assert found.word == word

@@ -115,6 +115,10 @@ SHAPE_SPREAD_SHARE = 0.045
 REFERENCED_SHAPE_SPREAD_SHARE = 0.03
 """The same beside reference runs, and more than they remove there."""
 
+UNLIKE_REFERENCE_RATIO = 2.0
+"""Nor is a law the form of the model that leaves no more than the model does of reference runs, where without it this
+many times that is left, and it removes this many times what it does there: the form of a rig stays."""
+
 IDLE_SPREAD_SHARE = 0.002
 """A nuisance parameter that does less is left out of the answer's model: nobody would see it."""
 
@@ -355,6 +359,15 @@ TONE_WANDER_SHARE = 0.001
 
 TONE_STEADY_SHARE = 0.2
 """Deviation of the speed over its mean below which it is steady: a tone may then be a law of the position."""
+
+WANDER_FUNCTIONS = 6
+"""Slow functions of time in a run, to three periods: a zero that wanders faster is hardly told from the motion."""
+
+WANDER_SHARE = 0.5
+"""Part of what a model leaves of a run that these must make, in each: of a law of a faster motion they make little."""
+
+WANDER_MOTION_SHARE = 0.3
+"""Part of the motion that they may make: a motion as slow as they are is followed by what a law of it lacks."""
 
 LIMIT_WIDTH_SHARE = 0.25
 """Where the model is highest, or lowest, the channel moves by less than this part of what the model does and is nowhere

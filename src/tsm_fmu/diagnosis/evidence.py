@@ -221,6 +221,22 @@ class Tone:
 
 
 @dataclass(frozen=True)
+class Wander:
+    """A zero that wanders within a run, slower than the motion.
+
+    Attributes
+    ----------
+    rms : float
+        Of the wandering about the zero of each run, in the channel's SI unit.
+    period : float
+        Of the fastest slow function that is taken for it [s].
+    """
+
+    rms: float
+    period: float
+
+
+@dataclass(frozen=True)
 class Limit:
     """A limit that a channel stands at where the model goes on.
 

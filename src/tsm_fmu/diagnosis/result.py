@@ -30,6 +30,7 @@ from .evidence import (
     ResidualShape,
     RunComparison,
     Tone,
+    Wander,
 )
 from .improved import ImprovedModel
 
@@ -69,6 +70,8 @@ class Diagnosis:
         Tones in what the best model of the search leaves, by channel: of mains or a pump, and no law of the motion.
     limits : mapping of str to Limit
         Limits at which channels stand where the model goes on, by channel: of a sensor that saturates.
+    wanders : mapping of str to Wander
+        Zeros that wander within runs, by channel: they are free in what the answer's model is compared with.
     candidates : tuple of Candidate
         Best first.
     steps : tuple of AnswerStep
@@ -121,6 +124,7 @@ class Diagnosis:
     family_evidence: tuple[FamilyShare, ...] = ()
     tones: Mapping[str, Tone] = field(default_factory=dict)
     limits: Mapping[str, Limit] = field(default_factory=dict)
+    wanders: Mapping[str, Wander] = field(default_factory=dict)
     candidates: tuple[Candidate, ...] = ()
     steps: tuple[AnswerStep, ...] = ()
     where: tuple[Place, ...] = ()
@@ -235,7 +239,7 @@ class Diagnosis:
     def _measured(self, channel: str) -> dict[str, float]:
         """Errors on measured runs by the name of their bar."""
         g = self.gap[channel]
-        others = {_alone(c.spec, channel): c.channels[channel].measured for c in self._others(channel)}
+        others = {self._other_bar(c.spec, channel): c.channels[channel].measured for c in self._others(channel)}
         steps = {bar: s.measured[channel] for bar, s in self._step_bars(channel).items()}
         answer = {self._answer_bar(channel): g.after}
         return {"as given": g.before, "refitted": g.refitted, **_falling(others), **steps, **answer, "floor": g.floor}
@@ -245,7 +249,7 @@ class Diagnosis:
         g = self.gap[channel]
         if g.holdout_before is None:
             return {}
-        others = {_alone(c.spec, channel): c.channels[channel].holdout for c in self._others(channel)}
+        others = {self._other_bar(c.spec, channel): c.channels[channel].holdout for c in self._others(channel)}
         steps = {bar: s.holdout.get(channel) for bar, s in self._step_bars(channel).items()}
         errors = {
             "as given": g.holdout_before, "refitted": g.holdout_refitted,
@@ -258,6 +262,10 @@ class Diagnosis:
         """The best effects that are not in the answer's model."""
         there = (*self.effects, *(self.final.effects if self.final else ()))
         return [c for c in self.candidates if c.testable and c.spec not in there and channel in c.channels][:MOST_DRAWN]
+
+    def _other_bar(self, spec: str, channel: str) -> str:
+        """Bar of an effect that is not in the answer; its place is said where it is another channel."""
+        return f"{spec.removesuffix('@' + channel)}{', zeros free' if self.wanders else ' alone'}"
 
     def _step_bars(self, channel: str) -> dict[str, AnswerStep]:
         return {_added(s.effects, channel): s for s in self.steps}
@@ -272,11 +280,6 @@ class Diagnosis:
         )
         notes = "".join(f"<li>{html.escape(note)}</li>" for note in self.notes)
         return f"<p><b>{html.escape(self.answer)}</b></p>{tables}<ul>{notes}</ul>"
-
-
-def _alone(spec: str, channel: str) -> str:
-    """Bar of an effect that is not in the answer; its place is said where it is another channel."""
-    return f"{spec.removesuffix('@' + channel)} alone"
 
 
 def _added(specs: Sequence[str], channel: str) -> str:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from ..card import ModelCard, RecordUsed
-from ..effects import EFFECTS, id_of
+from ..effects import EFFECTS
 from ..kernels.arrays import FloatArray
 from ..kernels.kernel import Kernel
 from ..logs.record import Record
@@ -18,38 +18,32 @@ from ..models.contract import InputError
 from ..regression.held_out import SETTLING
 from ..regression.problem import FitRun
 from .answer.candidates import candidates_of, rows_of, steps_of
-from .answer.clock import clock_notes, clock_runs_slow
-from .answer.family import contradicted, families_of, family_evidence, not_little
+from .answer.clock import clock_notes
+from .answer.family import families_of, not_little
 from .answer.gaps import errors_of, gaps
 from .answer.improvement import improvement_of
-from .answer.limit import limits_met, with_limits
 from .answer.next_motion import next_motion
 from .answer.parameters import bound_notes, card_of, changes_of, model_fit, per_run_values
 from .answer.sentence import answer, leading_channel
 from .answer.shape import located, with_position_law
-from .answer.tone import sizes_on, taken_out, tones_left, with_tones, without_tones
-from .answer.verdict import Verdict, verdict_of
-from .choice.baselines import Baselines, baselines, refitted_model
+from .answer.wander import offsets_of
+from .choice.baselines import refitted_model
 from .choice.hypotheses import can_leave_out
 from .choice.path import way_to_a_better_model
-from .choice.search import Search, candidate_places
-from .choice.selection import Selection, select, without_names
-from .choice.visibility import unexcited
 from .criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,
     FAMILY_SHARE,
-    FEW_SAMPLES_RATIO,
-    MORE_SAMPLES_RATIO,
     NOTABLE_RATIO,
     PRESLIDING_STROKE_SHARE,
     STRONGEST_RATIO,
 )
-from .evidence import Candidate, FamilyShare, Gap, Gate, Limit, NextMotion, RunComparison, Tone
+from .evidence import Candidate, Gap, Gate, NextMotion, RunComparison
 from .fits.known import compared_where_known
 from .fits.nuisance import most_removing, notably_removed
-from .fits.placing import not_applicable, play_before_friction
+from .fits.placing import not_applicable
 from .fits.ranges import forgetting_ranges, level_ranges
-from .fits.refit import Fitted, Task, as_given
+from .fits.refit import Task, as_given
+from .investigation import Investigation, Progress, SearchInterrupted, investigate
 from .result import MISSING, Diagnosis
 from .runs.beginning import beginning_note, remembers
 from .runs.displacement import with_speeds_of_position
@@ -60,57 +54,6 @@ from .runs.prepared import PreparedRuns, prepared
 from .runs.rest import with_quiet_rests
 from .runs.thinning import thinned_for_search
 from .runs.unresolved import unresolved_notes
-
-Progress = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Investigation:
-    """What the search found, with its fits: from it a `Diagnosis` is made.
-
-    Attributes
-    ----------
-    runs : PreparedRuns
-        Less the tones that the model itself leaves.
-    task : Task
-        With samples of these.
-    selection : Selection
-    verdict : Verdict
-    evidence : tuple of FamilyShare
-        Of what the refitted model leaves.
-    tones : mapping of str to Tone
-        In what the model, or the best one, leaves, by channel.
-    limits : mapping of str to Limit
-        At which channels stand, by channel.
-    not_excited : tuple of str
-        Ids of effects that have a place and that these runs could not show.
-    not_applicable : mapping of str to str
-        Why the others cannot be asked about, by id.
-    """
-
-    runs: PreparedRuns
-    task: Task
-    selection: Selection
-    verdict: Verdict
-    evidence: tuple[FamilyShare, ...]
-    tones: Mapping[str, Tone]
-    limits: Mapping[str, Limit]
-    not_excited: tuple[str, ...]
-    not_applicable: Mapping[str, str]
-
-    @property
-    def stages(self) -> dict[str, Fitted]:
-        """The model as given, refitted, and that of the answer."""
-        given = self.selection.baselines.given
-        return {"given": given, "refitted": self.verdict.refitted, "final": self.verdict.final}
-
-
-class SearchInterrupted(KeyboardInterrupt):
-    """Ctrl-C during the search; `refitted` is the fit of the model itself."""
-
-    def __init__(self, refitted: Fitted) -> None:
-        super().__init__("interrupted")
-        self.refitted = refitted
 
 
 class DiagnosisInterrupted(KeyboardInterrupt):
@@ -246,136 +189,6 @@ def task_of(runs: PreparedRuns, values: Mapping[str, float], preset: str | None,
     )  # fmt: skip
 
 
-def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: None) -> Investigation:
-    """Fit the baselines, search for hypotheses, judge them and find the verdict.
-
-    Parameters
-    ----------
-    runs : PreparedRuns
-    task : Task
-    progress : callable
-
-    Raises
-    ------
-    SearchInterrupted
-        Ctrl-C after the baselines were fitted.
-    """
-    times, holdout, fitted, whole = _on_enough_samples(runs, task, progress)
-    refitted = fitted.refitted.fitted
-    task = replace(task, runs=refitted.task.runs)
-    heard, on_reference = tones_left(whole), {}
-    if heard:
-        reference = fitted.reference.at(runs.reference) if fitted.reference else None
-        on_reference = sizes_on(reference, heard) if reference else {}
-        progress(f"less what hums at {' and '.join(f'{tone.frequency:.4g} Hz' for tone in heard.values())}")
-        held_out = refitted.on(runs.holdout) if runs.holdout else None
-        runs = _less_tones(runs, whole, held_out, reference, heard)
-        task = replace(task, runs=thinned_for_search(runs.model, runs.measured, runs.channels, times))
-        holdout, fitted = _baselines(runs, task, progress, times)
-    try:
-        hypotheses = Search(runs.model, fitted, holdout, progress).hypotheses()
-        result = select(hypotheses, fitted, holdout, progress)
-        progress("families")
-        base = result.baselines.refitted
-        evidence = family_evidence(base.fitted, runs.measured)
-
-        def elsewhere() -> tuple[FamilyShare, ...]:
-            return family_evidence(base.fitted.on(holdout), runs.holdout) if holdout else ()
-
-        if contradicted(result.choice, base, evidence, elsewhere) or clock_runs_slow(result.choice):
-            result = without_names(result)
-        winner = result.choice.winner.fitted.at(runs.measured)
-        more = {c: tone for c, tone in tones_left(winner).items() if c not in heard}
-        if more and fitted.reference:
-            on_reference |= sizes_on(fitted.reference.at(runs.reference), more)
-        heard = more | {c: taken_out(tone, winner, c) for c, tone in heard.items()}
-        if heard:
-            result = with_tones(result, heard, on_reference)
-        met = limits_met(base.fitted, runs.measured)
-        if met:
-            result = with_limits(result, met)
-        hidden, inapplicable = _not_excited(runs, result)
-        tested = [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)]
-
-        @cache
-        def more_samples() -> list[FitRun]:
-            return thinned_for_search(runs.model, runs.measured, runs.channels, times * MORE_SAMPLES_RATIO)
-
-        def holding(fitted: Fitted) -> Fitted:
-            return fitted.holding(more_samples, runs.measured)
-
-        nowhere = inapplicable.keys() - set(play_before_friction(runs.model, runs.channels))
-        verdict = verdict_of(
-            result.baselines,
-            result.choice,
-            result.floors,
-            evidence,
-            tested,
-            hidden,
-            nowhere,
-            holdout,
-            holding,
-            progress,
-        )
-    except KeyboardInterrupt:
-        raise SearchInterrupted(fitted.refitted.fitted) from None
-    answered = {*map(id_of, verdict.effects), *verdict.equivalent}
-    hidden = tuple(e for e in hidden if e not in answered)
-    inapplicable = {e: why for e, why in inapplicable.items() if e not in answered}
-    return Investigation(runs, task, result, verdict, evidence, heard, met, hidden, inapplicable)
-
-
-def _on_enough_samples(
-    runs: PreparedRuns, task: Task, progress: Progress
-) -> tuple[int, list[FitRun], Baselines, Fitted]:
-    """How many times the usual samples the search works on, `_baselines` on these, and the refitted model on all.
-
-    A fit to few samples that leaves far more on all of them has fitted what lies between them: there are too few.
-    """
-    times = 1
-    while True:
-        holdout, fitted = _baselines(runs, task, progress, times)
-        few = fitted.refitted.fitted
-        whole = few.at(runs.measured)
-        if (whole.rmse <= FEW_SAMPLES_RATIO * few.rmse).all():
-            return times, holdout, fitted, whole
-        more = thinned_for_search(runs.model, runs.measured, runs.channels, times * MORE_SAMPLES_RATIO)
-        if all(now.time.size == then.time.size for now, then in zip(more, task.runs, strict=True)):
-            return times, holdout, fitted, whole
-        times, task = times * MORE_SAMPLES_RATIO, replace(task, runs=more)
-        progress(f"{times} times the samples: the fit to fewer of them does not hold on all")
-
-
-def _baselines(runs: PreparedRuns, task: Task, progress: Progress, times: int) -> tuple[list[FitRun], Baselines]:
-    """Held-out runs as the search works on them, and the fits before it."""
-    holdout, references = (
-        thinned_for_search(runs.model, group, runs.channels, times) for group in (runs.holdout, runs.reference)
-    )
-    return holdout, baselines(task, runs.effects, runs.measured, references, holdout, progress)
-
-
-def _less_tones(
-    runs: PreparedRuns, measured: Fitted, holdout: Fitted | None, reference: Fitted | None, heard: Mapping[str, Tone]
-) -> PreparedRuns:  # fmt: skip
-    """The same without what hums, by fits on all samples of each kind of runs that there are."""
-    return replace(
-        runs,
-        measured=without_tones(measured, heard),
-        holdout=without_tones(holdout, heard) if holdout else (),
-        reference=without_tones(reference, heard) if reference else (),
-    )
-
-
-def _not_excited(runs: PreparedRuns, result: Selection) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Ids of effects that have a place and that the runs could not show, and why the others cannot be asked about."""
-    base = result.baselines.refitted.fitted
-    hidden, contained = unexcited(base, candidate_places(runs.model, base), result.choice.best)
-    used = set(map(id_of, result.choice.best.effects))
-    why = {e: f"the parameters of {base.model} do what it does" for e in contained if e not in used}
-    why |= {m.NAME: f"the law of {base.model} holds it" for m in EFFECTS if base.has(m.NAME)}
-    return tuple(e for e in hidden if e not in why), why | not_applicable(runs.model, runs.channels)
-
-
 def _refused(runs: PreparedRuns, checked: Gate, records: Mapping[str, str], preset: str | None, seed: int) -> Diagnosis:
     """No answer: the runs cannot be judged."""
     inapplicable = not_applicable(runs.model, runs.channels)
@@ -394,10 +207,11 @@ def _described(
     """The diagnosis in numbers and words: errors at full sampling, candidates, places, formulas, card, next motion."""
     runs, verdict, before, stages = found.runs, found.verdict, found.selection.baselines, found.stages
     gap = _gaps(found)
+    start = _start(found, gap)
     candidates = candidates_of(
         rows_of(found.selection.hypotheses, found.selection.choice, found.selection.floors),
-        _answered(found), gap, before.refitted,
-        before.with_nuisances, runs.measured, (*found.not_excited, *found.not_applicable),
+        _answered(found), gap, start, before.refitted,
+        before.with_nuisances, found.with_zeros.measured, (*found.not_excited, *found.not_applicable),
         unknown=found.selection.floors.without_answer,
     )  # fmt: skip
     stage = "given" if verdict.word in ("none", "parameters") else "refitted"
@@ -408,8 +222,11 @@ def _described(
     diagnosis = Diagnosis(
         verdict.word, effects=verdict.effects, equivalent=(verdict.equivalent,) if verdict.equivalent else (),
         not_excited=found.not_excited, not_applicable=found.not_applicable, candidates=candidates,
-        steps=steps_of(found.selection.hypotheses, verdict.effects, gap, before.refitted, runs.measured), where=where,
-        located=stage, shapes=shapes, gap=gap, channels=runs.channels, given=given,
+        steps=steps_of(
+            found.selection.hypotheses, verdict.effects, start, before.refitted, found.with_zeros.measured,
+            offsets_of(found.wanders),
+        ),
+        where=where, located=stage, shapes=shapes, gap=gap, channels=runs.channels, given=given,
         refitted=refitted, final=final, changes=changes_of(before.given, verdict.final),
         model=card_of(verdict.final, used, preset, seed), next_motion=_next_motion(found, candidates), gate=checked,
         runs=_comparisons(found, measured), compared_from=_compared_from(runs), motion=runs.model.motion,
@@ -441,6 +258,7 @@ def _described(
         shapes=shapes,
         tones=found.tones,
         limits=found.limits,
+        wanders=found.wanders,
     )
     return replace(diagnosis, answer=answer(diagnosis))
 
@@ -476,11 +294,24 @@ def _gaps(found: Investigation) -> dict[str, Gap]:
     units = {v.name: v.quantity.unit for v in base.problem.kernel.outputs}
     left = found.stages["final"].rmse
     threshold = np.maximum(CLEAN_EFFECT_SPREAD_SHARE * base.spread, np.sqrt(NOTABLE_RATIO) * left)
-    given, refitted, final = (errors_of(fitted, runs.measured, runs.holdout) for fitted in found.stages.values())
+    compared = {"given": runs, "refitted": runs, "final": found.with_zeros}  # of the answer's model zeros may be free
+    given, refitted, final = (
+        errors_of(fitted, compared[stage].measured, compared[stage].holdout) for stage, fitted in found.stages.items()
+    )
     return gaps(
         runs.channels, [units[c] for c in runs.channels], given, refitted, final, found.selection.floors, threshold,
         with_effects=bool(verdict.effects or verdict.equivalent),
     )  # fmt: skip
+
+
+def _start(found: Investigation, gap: Mapping[str, Gap]) -> dict[str, tuple[float, float | None]]:
+    """What the refitted model leaves in the search, in which zeros that wander are free."""
+    if not found.wanders:
+        return {channel: (g.refitted, g.holdout_refitted) for channel, g in gap.items()}
+    runs = found.with_zeros
+    errors = errors_of(found.selection.baselines.refitted.fitted, runs.measured, runs.holdout)
+    held_out = [None] * len(gap) if errors.rms_holdout is None else errors.rms_holdout.tolist()
+    return dict(zip(gap, zip(errors.rms.tolist(), held_out, strict=True), strict=True))
 
 
 def _next_motion(found: Investigation, candidates: Sequence[Candidate]) -> NextMotion | None:
@@ -497,7 +328,7 @@ def _comparisons(found: Investigation, measured: Sequence[Record]) -> tuple[RunC
     """Each measured run beside its simulations, with all its samples."""
     runs, names = found.runs.measured, [v.name for v in found.runs.model.inputs]
     motion = found.runs.model.motion
-    whole = [replace(run, doubt=np.empty((0, 0))) for run in runs]
+    whole = [run.as_measured for run in runs]
     residuals = {name: fitted.at(whole).residuals for name, fitted in found.stages.items()}
     per_run = per_run_values(found.verdict.final)
     column = names.index(motion) if motion else None

@@ -20,6 +20,7 @@ from ..kernels.kernel import Kernel
 from ..kernels.serving import filling
 from ..models.contract import Condition, Variable, packed
 from .search_space import SearchSpace
+from .slow_zero import SlowZero
 from .threads import on_shared_threads
 
 MAX_ROWS = 40_000
@@ -53,6 +54,8 @@ class FitRun:
     doubt : ndarray, shape (n, number of channels)
         What the log leaves open of what is simulated: where it is within so much of what was measured it counts as
         measured, beyond it what is beyond. Infinite where nothing is compared, empty where all is.
+    slow_zero : SlowZero or None
+        Channels of which only what is no slow zero is compared.
     """
 
     name: str
@@ -63,6 +66,7 @@ class FitRun:
     lead_inputs: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
     derived: tuple[str, ...] = ()
     doubt: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    slow_zero: SlowZero | None = None
 
     @cached_property
     def unresolved(self) -> NDArray[np.bool_]:
@@ -82,19 +86,28 @@ class FitRun:
         lead = self.lead_time.size + first
         lead_time, lead_inputs = (a[:lead] for a in self.with_lead)
         doubt = self.doubt[first:]
-        return FitRun(self.name, time, inputs, targets, lead_time, lead_inputs, self.derived, doubt)
+        return FitRun(self.name, time, inputs, targets, lead_time, lead_inputs, self.derived, doubt, self.slow_zero)
 
     def compared(self, y: FloatArray) -> FloatArray:
-        """Simulated channels, shape (n, channels), nearer to the measured ones by what the log leaves open of them."""
-        if not self.doubt.size:
-            return y
-        return np.where(self.unresolved, self.targets + _beyond(y - self.targets, self.doubt), y)
+        """Simulated channels, shape (n, channels), nearer to the measured ones by what the log leaves open of them.
+
+        Slow zeros that are free are the measured ones'.
+        """
+        if self.doubt.size:
+            y = np.where(self.unresolved, self.targets + _beyond(y - self.targets, self.doubt), y)
+        if self.slow_zero is not None:
+            y = y.copy()
+            for c, known, basis in self._slow_functions:
+                y[known, c] += basis @ (basis.T @ (self.targets[known, c] - y[known, c]))
+        return y
 
     def excess(self, y: FloatArray) -> FloatArray:
         """Simulated minus measured channels, what of it is beyond doubt, shape (channels, n); y (n, channels)."""
         found = y.T - self._by_channel
         at, doubt = self._doubtful
         found[at] = _beyond(found[at], doubt)
+        for c, known, basis in self._slow_functions:
+            found[c, known] -= basis @ (basis.T @ found[c, known])
         return found
 
     @cached_property
@@ -107,6 +120,27 @@ class FitRun:
         """Where there is doubt, by channel and sample, and how much."""
         at = np.nonzero(self.unresolved.T)
         return at, self.doubt.T[at]
+
+    @cached_property
+    def _slow_functions(self) -> list[tuple[int, NDArray[np.bool_] | slice, FloatArray]]:
+        """Columns of the channels with a slow zero, where these are compared, and its functions there."""
+        if self.slow_zero is None:
+            return []
+        found = []
+        for c in self.slow_zero.channels:
+            known = np.isfinite(self.doubt[:, c]) if self.doubt.size else slice(None)
+            found.append((c, known, self.slow_zero.basis(self.time[known])))
+        return found
+
+    @property
+    def as_measured(self) -> FitRun:
+        """A copy without doubt and without zeros that are free."""
+        return replace(self, doubt=np.empty((0, 0)), slow_zero=None)
+
+    def with_slow_zero(self, channels: Sequence[int], functions: int, *, constant: bool) -> FitRun:
+        """A copy whose channels are compared but for a slow zero: see `SlowZero`."""
+        ends = float(self.time[0]), float(self.time[-1])
+        return replace(self, slow_zero=SlowZero(tuple(channels), *ends, functions, constant))
 
     def doubting(self, doubt: FloatArray) -> FitRun:
         """A copy that is compared beyond this doubt too, shape (n, channels)."""

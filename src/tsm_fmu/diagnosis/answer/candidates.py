@@ -21,6 +21,8 @@ DECIBEL = 10.0 / np.log(10.0)
 
 Row = tuple[str, Hypothesis]
 """An effect, as ``id`` or ``id@channel``, and a hypothesis that holds it."""
+Start = Mapping[str, tuple[float, float | None]]
+"""RMS of each channel on all samples, measured and held out; zeros that wander are free in it, as in the search."""
 
 
 def rows_of(hypotheses: Sequence[Hypothesis], choice: Choice, floors: Floors) -> list[Row]:
@@ -45,7 +47,7 @@ def rows_of(hypotheses: Sequence[Hypothesis], choice: Choice, floors: Floors) ->
 
 
 def candidates_of(
-    rows: Sequence[Row], answered: Sequence[str], gap: Mapping[str, Gap], refitted: Hypothesis,
+    rows: Sequence[Row], answered: Sequence[str], gap: Mapping[str, Gap], start: Start, refitted: Hypothesis,
     with_nuisances: Hypothesis, runs: Sequence[FitRun], hidden: Sequence[str], *, unknown: bool,
 ) -> tuple[Candidate, ...]:  # fmt: skip
     """Candidates, best first.
@@ -57,6 +59,8 @@ def candidates_of(
     answered : sequence of str
         Named effects, and those of a set: their numbers are those of the answer's model.
     gap : mapping of str to Gap
+    start : Start
+        What the model without effects leaves in the search.
     refitted, with_nuisances : Hypothesis
         The model without effects; from it closures are counted, from the second the score.
     runs : sequence of FitRun
@@ -91,7 +95,9 @@ def candidates_of(
         channels = {}
         for c, channel in enumerate(gap):
             parts = [_range(before[c], after[c], least[c], floor[c]) for before, after in squares]
-            held_out = _held_out(gap[channel], squares[1][0][c], squares[1][1][c]) if squares[1:] else None
+            held_out = None
+            if squares[1:]:
+                held_out = _held_out(start[channel][1], squares[1][0][c], squares[1][1][c])
             channels[channel] = ChannelError(float(measured[c]), *parts, holdout=held_out)
         values = one.parameters(spec)
         found.append(
@@ -105,44 +111,52 @@ def candidates_of(
 
 
 def steps_of(
-    hypotheses: Sequence[Hypothesis], effects: Sequence[str], gap: Mapping[str, Gap], refitted: Hypothesis,
-    runs: Sequence[FitRun],
+    hypotheses: Sequence[Hypothesis], effects: Sequence[str], start: Start, refitted: Hypothesis,
+    runs: Sequence[FitRun], wandering: Sequence[str],
 ) -> tuple[AnswerStep, ...]:  # fmt: skip
     """What the first effects of an answer of several left, each time the best of as many among the hypotheses.
+
+    Zeros that wander come first: they are free in all of these.
 
     Parameters
     ----------
     hypotheses : sequence of Hypothesis
     effects : sequence of str
         Of the answer.
-    gap : mapping of str to Gap
+    start : Start
+        What that leaves.
     refitted : Hypothesis
-        The model without effects.
+        The model without effects, as the search has it.
     runs : sequence of FitRun
         All samples of the measured runs.
+    wandering : sequence of str
+        Offsets among the effects whose zeros wander.
     """
-    steps, there = [], set()
-    for size in range(1, len(effects)):
-        fits = [h for h in hypotheses if len(h.added) == size and there < set(h.added) < set(effects)]
+    steps, there, laws = [], set(), [e for e in effects if e not in wandering]
+    if wandering and laws:
+        held_out = {channel: rms for channel, (_, rms) in start.items() if rms is not None}
+        steps.append(AnswerStep(tuple(wandering), {channel: rms for channel, (rms, _) in start.items()}, held_out))
+    for size in range(1, len(laws)):
+        fits = [h for h in hypotheses if len(h.added) == size and there < set(h.added) < set(laws)]
         best = max(fits, key=lambda h: log_gain(refitted, h), default=None)
         if best is None:
             break
-        there, holdout = set(best.added), {}
-        for c, (channel, g) in enumerate(gap.items()):
+        there, left_out = set(best.added), {}
+        for c, (channel, (_, before)) in enumerate(start.items()):
             if best.held_out is not None and refitted.held_out is not None:
-                rms = _held_out(g, refitted.held_out[c], best.held_out[c])
-                holdout |= {} if rms is None else {channel: rms}
+                rms = _held_out(before, refitted.held_out[c], best.held_out[c])
+                left_out |= {} if rms is None else {channel: rms}
         parts = best.fitted.at(runs).rmse / np.maximum(refitted.fitted.at(runs).rmse, 1e-300)
-        measured = {channel: float(g.refitted * part) for (channel, g), part in zip(gap.items(), parts, strict=True)}
-        steps.append(AnswerStep(best.added, measured, holdout))
+        measured = {c: float(before * part) for (c, (before, _)), part in zip(start.items(), parts, strict=True)}
+        steps.append(AnswerStep((*wandering, *best.added), measured, left_out))
     return tuple(steps)
 
 
-def _held_out(gap: Gap, before: float, after: float) -> float | None:
+def _held_out(refitted: float | None, before: float, after: float) -> float | None:
     """RMS on all samples of the held-out runs, from mean squares before and after on the samples that a fit has."""
-    if gap.holdout_refitted is None or not before > 0.0:
+    if refitted is None or not before > 0.0:
         return None
-    return float(gap.holdout_refitted * np.sqrt(after / before))
+    return float(refitted * np.sqrt(after / before))
 
 
 def _with_nuisance_alone(spec: str, one: Hypothesis, refitted: FloatArray, runs: Sequence[FitRun]) -> FloatArray:

@@ -69,7 +69,7 @@ def _with_other_values(found: Diagnosis, numbers: str) -> str:
 
 
 def _instruments_text(found: Diagnosis) -> str:
-    """What the instruments do: limits that they stand at, and what hums."""
+    """What the instruments do: limits that they stand at, what hums, and zeros that wander."""
     said = [
         f" {channel} stands at {_in_unit_of(found, channel, limit.level)} ({_percent(limit.share)} of the samples) "
         "where the model goes on: a sensor that saturates, and no law of the motion."
@@ -81,6 +81,12 @@ def _instruments_text(found: Diagnosis) -> str:
         "faster tone sampled too slowly, and no law of the motion"
         f"{'; it is taken out of what is compared' if tone.taken_out else ''}."
         for channel, tone in found.tones.items()
+    ]
+    said += [
+        f" The zero of {channel} wanders within each run ({_in_unit_of(found, channel, wander.rms)} RMS), slower than "
+        "the motion and with nothing that the log holds: in the answer's errors it is free, in periods of "
+        f"{wander.period:.2g} s and more, also on held-out runs; what it will do in another run no model tells."
+        for channel, wander in found.wanders.items()
     ]
     return "".join(said)
 

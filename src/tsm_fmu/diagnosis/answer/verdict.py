@@ -16,7 +16,7 @@ from ..choice.supported import Choice, indistinguishable, log_residual
 from ..criteria import EFFECT_SPREAD_SHARE, FAMILY_SHARE, IDLE_SPREAD_SHARE
 from ..evidence import FamilyShare
 from ..fits.nuisance import best_refit, with_free_offsets
-from ..fits.quantised import with_levels
+from ..fits.quantised import with_levels, with_read
 from ..fits.refit import Fitted
 from .passivity import sign_notes
 
@@ -49,7 +49,7 @@ class Verdict:
 def verdict_of(
     baselines: Baselines, choice: Choice, floors: Floors, evidence: Sequence[FamilyShare], tested: Sequence[str],
     hidden: Sequence[str], nowhere: Collection[str], holdout: Sequence[FitRun], holding: Callable[[Fitted], Fitted],
-    progress: Callable[[str], None],
+    wandering: Sequence[str], progress: Callable[[str], None],
 ) -> Verdict:  # fmt: skip
     """The verdict.
 
@@ -69,6 +69,8 @@ def verdict_of(
     holdout : sequence of FitRun
     holding : callable
         Gives a fit to more samples, where that of the search does not hold on all: see `Fitted.holding`.
+    wandering : sequence of str
+        Specs of the offsets of channels whose zeros wander: they are free in all fits.
     progress : callable
         Given what is being done.
     """
@@ -79,20 +81,23 @@ def verdict_of(
         testable = set(tested) - set(hidden)
         return Verdict("unknown" if law or testable or not tested else "not_excited", refitted, refitted)
     winner, levels = choice.winner, baselines.levels
-    final = holding(_final_fit(winner, holdout, progress))
-    if not winner.effects and not levels:
+    final = holding(_final_fit(winner, holdout, progress, wandering))
+    read = (*(one.spec for one in levels), *(spec for spec in wandering if spec not in winner.effects))
+    if not winner.effects and not read:
         return _without_effect(baselines, winner, refitted, final)
     if levels:
         final = with_levels(final, levels)
+    if wandering:
+        final = with_read(final, [spec for spec in wandering if spec not in final.effects], {})
     sets = [tuple(dict.fromkeys(id_of(spec) for spec in h.effects)) for h in choice.supported]
     common = [e for e in sets[0] if all(e in ids for ids in sets)]
+    common += [e for e in map(id_of, read) if e not in common]
     alternatives = tuple(dict.fromkeys(e for ids in sets for e in ids if e not in common))
-    common += [id_of(one.spec) for one in levels]
     for effect in [e for e in common if about(e).after_reversal]:
         common.remove(effect)
         others = [e for e in _other_laws_of_reversals(effect) if e not in nowhere]
         alternatives = tuple(dict.fromkeys((*alternatives, effect, *others)))
-    named = tuple(s for s in (*winner.effects, *(one.spec for one in levels)) if id_of(s) in common)
+    named = tuple(s for s in (*winner.effects, *read) if id_of(s) in common)
     notes = (*sign_notes(final), *_unexplained_notes(floors, final.problem.channels))
     return Verdict("named" if named else "ambiguous", refitted, final, named, alternatives, notes)
 
@@ -117,7 +122,9 @@ def _without_effect(baselines: Baselines, winner: Hypothesis, refitted: Fitted, 
     return Verdict("parameters", refitted, final if needs_nuisances else refitted)
 
 
-def _final_fit(winner: Hypothesis, holdout: Sequence[FitRun], progress: Callable[[str], None]) -> Fitted:
+def _final_fit(
+    winner: Hypothesis, holdout: Sequence[FitRun], progress: Callable[[str], None], kept: Collection[str]
+) -> Fitted:
     """The winner's fit to the end, without the nuisance effects that do nothing.
 
     Offsets of runs that are named may be free in it if that does not cost on runs that were not fitted: there they
@@ -133,7 +140,7 @@ def _final_fit(winner: Hypothesis, holdout: Sequence[FitRun], progress: Callable
             fitted = loose.fitted
     progress("refit to the end")
     fitted = fitted.refined()
-    used = [s for s in winner.nuisances if s in fitted.effects and s not in winner.effects]
+    used = [s for s in winner.nuisances if s in fitted.effects and s not in (*winner.effects, *kept)]
     idle = [s for s in used if float(fitted.share_of(s).max()) < IDLE_SPREAD_SHARE]
     if not idle:
         return fitted

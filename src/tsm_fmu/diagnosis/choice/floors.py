@@ -141,7 +141,12 @@ def _predictable(fitted: Fitted) -> FloatArray:
 
 
 def mostly_explained(one: Hypothesis, refitted: Hypothesis, reference_fit: Fitted | None) -> BoolArray:
-    """Channels in which the effects close nearly all of the gap, though their law is not quite the true one.
+    """Channels in which the effects close nearly all of the gap, though their law is not quite the true one."""
+    return nearly_closed(one, refitted, reference_fit) & bool(one.effects)
+
+
+def nearly_closed(one: Hypothesis, refitted: Hypothesis, reference_fit: Fitted | None) -> BoolArray:
+    """Channels in which a hypothesis leaves next to nothing of the gap of the refitted model.
 
     The gap is that of the measured and of the held-out runs together: where a motion shows little of an effect, the
     form of the model is most of what is left.
@@ -150,7 +155,7 @@ def mostly_explained(one: Hypothesis, refitted: Hypothesis, reference_fit: Fitte
     gap, left = refitted.measured - noise**2, one.measured - noise**2
     if one.held_out is not None and refitted.held_out is not None:
         gap, left = gap + refitted.held_out - noise**2, left + one.held_out - noise**2
-    return (left < (1.0 - EXPLAINED_SHARE) * np.maximum(gap, 1e-300)) & bool(one.effects)
+    return left < (1.0 - EXPLAINED_SHARE) * np.maximum(gap, 1e-300)
 
 
 def least_floor(one: Hypothesis, reference_fit: Fitted | None) -> FloatArray:

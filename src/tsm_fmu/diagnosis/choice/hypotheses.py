@@ -17,6 +17,7 @@ from ..criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,
     FURTHER_EFFECT_SPREAD_SHARE,
     LEFT_OUT_PARTS,
+    REFERENCE_RATIO,
 )
 from ..fits.carried import STEPS as MOVE_STEPS
 from ..fits.carried import carried_over, left_out, pooled
@@ -26,6 +27,7 @@ from ..fits.nuisance import (
     corrects_model_form,
     refit_without,
     significant_nuisances,
+    unlike_references,
 )
 from ..fits.refit import Fitted
 
@@ -78,14 +80,24 @@ class Hypothesis:
     @property
     def significant(self) -> dict[str, float]:
         """Nuisance effects that are effects of their own, by what they remove."""
-        task, spread = self.fitted.task, self.fitted.spread
         used = ((spec, removed) for spec, (removed, _) in self._significant.items())
         added = [s for s in self.added if s not in self.form_corrections]
         least = FURTHER_EFFECT_SPREAD_SHARE if added else 0.0
         found = {spec: removed for spec, removed in used if removed > least}
-        return {
-            spec: removed for spec, removed in found.items() if not corrects_model_form(spec, removed, task, spread)
-        }
+        return {spec: removed for spec, removed in found.items() if not self._is_form(spec, removed)}
+
+    def _is_form(self, spec: str, removed: float) -> bool:
+        """Whether a nuisance effect that removes this part of a channel's spread corrects the form of the model.
+
+        Not where it makes measured and held-out runs as good as reference runs are, and those without it.
+        """
+        task = self.fitted.task
+        if not corrects_model_form(spec, removed, task, self.fitted.spread):
+            return False
+        as_good = unlike_references(spec, self.tested[spec][1].rmse, self.fitted)
+        if self.held_out is not None:
+            as_good &= self.held_out <= (REFERENCE_RATIO * task.discrepancy) ** 2
+        return not as_good.any()
 
     @property
     def has_large_nuisance(self) -> bool:

@@ -61,5 +61,5 @@ def _moved(run: FitRun, inputs: FloatArray) -> FitRun:
 
 
 def _simulated(run: FitRun, fitted: Fitted) -> FloatArray:
-    whole = replace(run, doubt=np.empty((0, 0)))
+    whole = run.as_measured
     return fitted.problem.with_runs([whole]).outputs(0, fitted.table[0])

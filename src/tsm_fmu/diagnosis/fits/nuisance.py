@@ -31,6 +31,7 @@ from ..criteria import (
     REFERENCE_RATIO,
     REFERENCED_SHAPE_SPREAD_SHARE,
     SHAPE_SPREAD_SHARE,
+    UNLIKE_REFERENCE_RATIO,
 )
 from .placing import places_of_effect
 from .refit import STEPS, Fitted, Task, refit
@@ -439,6 +440,30 @@ def corrects_model_form(
         return share <= SHAPE_SPREAD_SHARE
     least = REFERENCED_SHAPE_SPREAD_SHARE if about(spec).after_reversal else 0.0
     return share <= max(least, REFERENCE_RATIO * on_reference)
+
+
+def unlike_references(spec: str, without: FloatArray, fitted: Fitted) -> BoolArray:
+    """Channels that a nuisance effect makes as good as on reference runs, which it hardly makes better, by far.
+
+    The form of a model is the same on both.
+
+    Parameters
+    ----------
+    spec : str
+    without : ndarray, shape (channels,)
+        RMS that a refit without it leaves.
+    fitted : Fitted
+        With it.
+    """
+    reference, on_reference = fitted.task.discrepancy, fitted.task.reference_removal.get(spec)
+    if on_reference is None:
+        return np.zeros(without.size, bool)
+    removed = np.sqrt(np.maximum(without**2 - fitted.rmse**2, 0.0))
+    return (
+        (fitted.rmse <= REFERENCE_RATIO * reference)
+        & (without > UNLIKE_REFERENCE_RATIO * reference)
+        & (removed > UNLIKE_REFERENCE_RATIO * on_reference)
+    )
 
 
 def shapes_reversals(spec: str) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -99,13 +99,27 @@ def step_noise(levels: Sequence[Levels], channels: Sequence[str]) -> FloatArray:
 
 def with_levels(fitted: Fitted, levels: Sequence[Levels]) -> Fitted:
     """A fit whose channels have these levels; nothing else changes."""
-    base, old = kernel(fitted.model), fitted.problem
-    effects = (*fitted.effects, *(one.spec for one in levels))
-    made = fitted.task.kernel(effects)
-    values = dict(fitted.values)
+    base = kernel(fitted.model)
+    named: dict[str, float] = {}
     for one in levels:
         prefix = attach(base, one.spec).prefix.replace("__", ".")
-        values |= {f"{prefix}q": one.q, f"{prefix}y_0": one.y_0}
+        named |= {f"{prefix}q": one.q, f"{prefix}y_0": one.y_0}
+    return with_read(fitted, [one.spec for one in levels], named)
+
+
+def with_read(fitted: Fitted, specs: Sequence[str], named: Mapping[str, float]) -> Fitted:
+    """A fit with more effects, of which nothing is fitted; nothing else changes.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    specs : sequence of str
+    named : mapping of str to float
+        Their values by public name; those that are not here change nothing.
+    """
+    old, effects = fitted.problem, (*fitted.effects, *specs)
+    made = fitted.task.kernel(effects)
+    values = {**fitted.values, **named}
     space = search_space(made, fitted.task.preset, values, per_run=old.per_run).freeing_only(old.space.free)
     for name in old.fields:
         space = space.with_bounds(name, old.space[name].lo, old.space[name].hi)

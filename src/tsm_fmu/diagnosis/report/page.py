@@ -59,6 +59,11 @@ def _gaps(found: Diagnosis) -> Section | None:
         "Gap closed: share of the mean square above the floor that is gone. Where it is a range, the lower end counts "
         "all but the least floor as gap. An effect that removes less than the threshold is not named.",
     ]  # fmt: skip
+    if found.wanders:
+        of = " and ".join(found.wanders)
+        lines.append(
+            f"In the errors of the answer's model the zero of {of} is free to wander; the FMU's hold that too."
+        )
     for channel, g in found.gap.items():
         if g.holdout_after is not None and not carries_over(g):
             lines.append(
@@ -185,6 +190,8 @@ def _candidates(found: Diagnosis) -> Section | None:
         "[dB of the mean square, all channels, measured and held-out runs together]; about 0: nothing."
     )
     text = "Each effect refitted together with the model: those of the answer together, the others alone."
+    if found.wanders:
+        text += f" In all of these fits the zero of {' and '.join(found.wanders)} is free to wander."
     wrong = best_wrong(found)
     if wrong is not None and found.effects:
         values = [unit(gap.after), unit(wrong.channels[channel].measured)]

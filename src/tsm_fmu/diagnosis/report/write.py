@@ -70,6 +70,7 @@ def as_json(found: Diagnosis, paths: Mapping[str, str | None]) -> dict[str, Any]
         "family_evidence": [asdict(e) for e in found.family_evidence],
         "tones": {channel: asdict(tone) for channel, tone in found.tones.items()},
         "limits": {channel: asdict(limit) for channel, limit in found.limits.items()},
+        "wanders": {channel: asdict(wander) for channel, wander in found.wanders.items()},
         "not_excited": list(found.not_excited),
         "not_applicable": dict(found.not_applicable),
         "candidates": [_candidate(c) for c in found.candidates],

@@ -1,0 +1,77 @@
+"""A zero that wanders: what a model leaves moves slower than the motion, and with nothing that the log holds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...kernels.arrays import FloatArray
+from ...regression.slow_zero import SlowZero
+from ..criteria import LAW_SHARE, WANDER_FUNCTIONS, WANDER_MOTION_SHARE, WANDER_SHARE, WANDERING_SPREAD_SHARE
+from ..evidence import Wander
+from ..runs.motion_signals import Coordinates
+from .predictable import predictable_share
+
+
+def wandering_zeros(
+    channels: Sequence[str], residuals: Sequence[FloatArray], places: Sequence[Coordinates], spread: FloatArray,
+    units: tuple[str, str],
+) -> dict[str, Wander]:  # fmt: skip
+    """Zeros that wander in what a model leaves of runs, by channel.
+
+    A few slow functions of time make most of what is left, in each run whose motion is faster than they are, and the
+    coordinates predict next to nothing of it where it was not fitted. In a run whose motion is as slow they would
+    follow what a law of that lacks: there they tell nothing.
+
+    Parameters
+    ----------
+    channels : sequence of str
+    residuals : sequence of ndarray, shape (n, channels)
+        One array a run; where nothing is compared it is nought.
+    places : sequence of Coordinates
+        At the same samples.
+    spread : ndarray, shape (channels,)
+        Standard deviation of each channel.
+    units : (str, str)
+        SI units of x and of the load.
+    """
+    slow = [_slow_functions(p) for p in places]
+    fast = [k for k, p in enumerate(places) if slow_share(p.x, slow[k]) < WANDER_MOTION_SHARE]
+    if not fast:
+        return {}
+    left = [r - r.mean(axis=0) for r in residuals]  # about the zero of each run
+    found, predicted = {}, predictable_share(left, places, *units)
+    for c, channel in enumerate(channels):
+        size = wander_size([r[:, c] for r in residuals], places)
+        if (
+            min(slow_share(left[k][:, c], slow[k]) for k in fast) > WANDER_SHARE
+            and size > WANDERING_SPREAD_SHARE * spread[c]
+            and predicted[c] < LAW_SHARE
+        ):
+            found[channel] = Wander(size, 2.0 * min(float(np.ptp(places[k].time)) for k in fast) / WANDER_FUNCTIONS)
+    return found
+
+
+def wander_size(residuals: Sequence[FloatArray], places: Sequence[Coordinates]) -> float:
+    """RMS of the slow part of what a model leaves of a channel, about the zero of each run.
+
+    Parameters
+    ----------
+    residuals : sequence of ndarray, shape (n,)
+        One array a run.
+    places : sequence of Coordinates
+        At the same samples.
+    """
+    amplitudes = [_slow_functions(p).T @ (y - y.mean()) for p, y in zip(places, residuals, strict=True)]
+    return float(np.sqrt(np.sum(np.concatenate(amplitudes) ** 2) / sum(y.size for y in residuals)))
+
+
+def _slow_functions(place: Coordinates) -> FloatArray:
+    return SlowZero((), float(place.time[0]), float(place.time[-1]), WANDER_FUNCTIONS).basis(place.time)
+
+
+def slow_share(y: FloatArray, basis: FloatArray) -> float:
+    """Part of the mean square of a signal about its mean that slow functions make, 0 to 1."""
+    about_mean = y - y.mean()
+    return float(np.sum((basis.T @ about_mean) ** 2) / max(float(np.sum(about_mean**2)), 1e-300))
