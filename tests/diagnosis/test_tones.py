@@ -211,8 +211,9 @@ def test_a_diagnosis_says_what_hums_and_names_no_effect() -> None:
     assert found.gap["F"].floor < 0.03
     quiet = diagnose(kernel("LuGreFriction"), [rig(0, 0.0), rig(1, 0.0)], values=VALUES)
     assert quiet.verdict in ("none", "parameters")
-    assert quiet.tones == {}
+    assert (quiet.tones, quiet.wanders) == ({}, {})
     assert "hums" not in quiet.answer
+    assert "wanders" not in quiet.answer
 
 
 def test_a_hum_of_twice_its_size_hides_no_effect() -> None:

@@ -205,8 +205,8 @@ VALUES = {"F_c": 0.7, "F_s": 0.71, "v_s": 0.01, "sigma0": 150.0, "sigma1": 0.3, 
 
 
 def test_a_zero_that_wanders_alone_is_named_and_said(tmp_path: Path) -> None:
-    model, runs = kernel("LuGreFriction"), [rig(k, 0.11) for k in range(4)]
-    found = diagnose(model, runs[:3], holdout=runs[3:], values=VALUES)
+    model, runs = kernel("LuGreFriction"), [rig(k, 0.11) for k in range(3)]
+    found = diagnose(model, runs[:2], holdout=runs[2:], values=VALUES)
     assert (found.verdict, found.effects, found.family) == ("named", ("offset_drift@F",), ("time",))
     assert found.wanders["F"].rms == pytest.approx(0.11, rel=0.2)
     assert "The zero of F wanders within each run (" in found.answer
@@ -233,10 +233,3 @@ def test_a_zero_that_wanders_hides_no_mass() -> None:
     assert [step.effects for step in found.steps] == [("offset_drift@F",)]
     left = found.steps[0].measured["F"]
     assert found.gap["F"].after < left < found.gap["F"].refitted
-
-
-def test_a_zero_that_stays_is_free_nowhere() -> None:
-    found = diagnose(kernel("LuGreFriction"), [rig(0, 0.0), rig(1, 0.0)], values=VALUES)
-    assert found.verdict in ("none", "parameters")
-    assert found.wanders == {}
-    assert "wanders" not in found.answer
