@@ -20,12 +20,13 @@ AFTER_REVERSALS = [m.NAME for m in EFFECTS if m.ABOUT.after_reversal and m.ABOUT
 
 @pytest.fixture
 def said(monkeypatch: pytest.MonkeyPatch):
-    final = SimpleNamespace(problem=SimpleNamespace(channels=("F",)))
+    final = SimpleNamespace(problem=SimpleNamespace(channels=("F",)), effects=("creep",))
+    monkeypatch.setattr(verdict, "with_read", lambda fitted, specs, _: SimpleNamespace(**vars(fitted), read=specs))
     monkeypatch.setattr(verdict, "_final_fit", lambda *_: final)
     monkeypatch.setattr(verdict, "sign_notes", lambda _: ())
     floors = SimpleNamespace(without_answer=False, open_=np.zeros(1, bool), unexplained=np.zeros(1, bool))
 
-    def of(effects: tuple[str, ...], nowhere: Collection[str]) -> verdict.Verdict:
+    def of(effects: tuple[str, ...], nowhere: Collection[str], wandering: tuple[str, ...] = ()) -> verdict.Verdict:
         winner = SimpleNamespace(effects=effects)
         choice = SimpleNamespace(winner=winner, supported=[winner])
         tested = [*effects, "viscous_power"]
@@ -39,7 +40,7 @@ def said(monkeypatch: pytest.MonkeyPatch):
             nowhere,
             (),
             lambda fitted: fitted,
-            (),
+            wandering,
             lambda _: None,
         )
 
@@ -95,3 +96,12 @@ def test_a_gap_that_is_a_law_is_unknown_whatever_effects_the_runs_could_not_show
     )
     assert found.word == word
     assert found.refitted is found.final is more
+
+
+@pytest.mark.parametrize("effects", [(), ("creep",), ("creep", "offset_drift@F")])
+def test_a_zero_that_wanders_is_named_once_beside_the_laws(said, effects: tuple[str, ...]) -> None:
+    found = said(effects, (), ("offset_drift@F",))
+    assert found.word == "named"
+    assert found.effects == tuple(dict.fromkeys((*effects, "offset_drift@F")))
+    assert found.equivalent == ()
+    assert found.final.read == ["offset_drift@F"], "the answer's model has it"

@@ -158,8 +158,10 @@ def test_zeros_that_are_free_must_explain_their_channels(left: Any, unexplained:
 )
 def test_what_was_named_is_named_beside_zeros_that_wander(before: Any, after: Any, kept: bool) -> None:
     named = chosen(before, (1.0, 0.5), (False, False))
-    found = explained_by_zeros(chosen(after, (1.0, 0.1), (False, False)), named, {"tau_in"})
-    assert (found is not None) == kept
+    free = chosen(after, (1.0, 0.1), (False, False))
+    assert (explained_by_zeros(free, named, {"tau_in"}) is not None) == kept
+    taken_away = chosen(before, (1.0, 0.5), (False, True), answer=False)
+    assert explained_by_zeros(free, taken_away, {"tau_in"}) is not None, "nothing was named"
 
 
 def test_steps_to_an_answer_begin_with_the_zeros_that_wander() -> None:

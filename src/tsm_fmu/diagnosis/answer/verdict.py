@@ -81,7 +81,7 @@ def verdict_of(
         testable = set(tested) - set(hidden)
         return Verdict("unknown" if law or testable or not tested else "not_excited", refitted, refitted)
     winner, levels = choice.winner, baselines.levels
-    final = holding(_final_fit(winner, holdout, progress, wandering))
+    final = holding(_final_fit(winner, holdout, progress))
     read = (*(one.spec for one in levels), *(spec for spec in wandering if spec not in winner.effects))
     if not winner.effects and not read:
         return _without_effect(baselines, winner, refitted, final)
@@ -122,9 +122,7 @@ def _without_effect(baselines: Baselines, winner: Hypothesis, refitted: Fitted, 
     return Verdict("parameters", refitted, final if needs_nuisances else refitted)
 
 
-def _final_fit(
-    winner: Hypothesis, holdout: Sequence[FitRun], progress: Callable[[str], None], kept: Collection[str]
-) -> Fitted:
+def _final_fit(winner: Hypothesis, holdout: Sequence[FitRun], progress: Callable[[str], None]) -> Fitted:
     """The winner's fit to the end, without the nuisance effects that do nothing.
 
     Offsets of runs that are named may be free in it if that does not cost on runs that were not fitted: there they
@@ -140,7 +138,7 @@ def _final_fit(
             fitted = loose.fitted
     progress("refit to the end")
     fitted = fitted.refined()
-    used = [s for s in winner.nuisances if s in fitted.effects and s not in (*winner.effects, *kept)]
+    used = [s for s in winner.nuisances if s in fitted.effects and s not in winner.effects]
     idle = [s for s in used if float(fitted.share_of(s).max()) < IDLE_SPREAD_SHARE]
     if not idle:
         return fitted

@@ -63,7 +63,7 @@ def wander_size(residuals: Sequence[FloatArray], places: Sequence[Coordinates]) 
     places : sequence of Coordinates
         At the same samples.
     """
-    amplitudes = [_slow_functions(p).T @ (y - y.mean()) for p, y in zip(places, residuals, strict=True)]
+    amplitudes = [_slow_functions(p).T @ y for p, y in zip(places, residuals, strict=True)]  # of zero mean each
     return float(np.sqrt(np.sum(np.concatenate(amplitudes) ** 2) / sum(y.size for y in residuals)))
 
 
