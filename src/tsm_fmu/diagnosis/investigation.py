@@ -116,15 +116,15 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
     try:
         plain = _searched(runs, fitted, holdout, progress)
         now, wanders = _with_zeros_that_wander(plain, task, times, progress)
-        result, base = now.selection, now.selection.baselines.refitted.fitted
+        result, without_fault = now.selection, now.selection.baselines.reference
         winner = result.choice.winner.fitted.at(now.runs.measured)
         more = {c: tone for c, tone in tones_left(winner).items() if c not in heard}
-        if more and now.baselines.reference:
-            on_reference |= sizes_on(now.baselines.reference.at(now.runs.reference), more)
+        if more and without_fault:
+            on_reference |= sizes_on(without_fault.at(now.runs.reference), more)
         heard = more | {c: taken_out(tone, winner, c) for c, tone in heard.items()}
         if heard:
             result = with_tones(result, heard, on_reference)
-        met = limits_met(base, now.runs.measured)
+        met = limits_met(result.baselines.refitted.fitted, now.runs.measured)
         if met:
             result = with_limits(result, met)
         hidden, inapplicable = _not_excited(runs, result)
@@ -151,7 +151,7 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
         runs,
         now.runs,
         task,
-        plain.baselines.given,
+        plain.selection.baselines.given,
         result,
         verdict,
         now.evidence,
@@ -170,8 +170,6 @@ class _Searched:
     Attributes
     ----------
     runs : PreparedRuns
-    baselines : Baselines
-        Before the search.
     holdout : list of FitRun
         As the search works on them.
     selection : Selection
@@ -180,7 +178,6 @@ class _Searched:
     """
 
     runs: PreparedRuns
-    baselines: Baselines
     holdout: list[FitRun]
     selection: Selection
     evidence: tuple[FamilyShare, ...]
@@ -199,7 +196,7 @@ def _searched(runs: PreparedRuns, fitted: Baselines, holdout: list[FitRun], prog
 
     if contradicted(result.choice, base, evidence, elsewhere) or clock_runs_slow(result.choice):
         result = without_names(result)
-    return _Searched(runs, fitted, holdout, result, evidence)
+    return _Searched(runs, holdout, result, evidence)
 
 
 def _with_zeros_that_wander(

@@ -14,7 +14,7 @@ from ..choice.selection import Selection
 from ..criteria import WANDER_FUNCTIONS
 from ..evidence import Wander
 from ..fits.response import places_of
-from ..residual.wander import wander_size, wandering_zeros
+from ..residual.wander import wander_sizes, wandering_zeros
 from ..runs.motion_signals import coordinate_units
 from ..runs.prepared import PreparedRuns
 
@@ -51,11 +51,8 @@ def with_sizes(wanders: Mapping[str, Wander], one: Selection, runs: PreparedRuns
         Without.
     """
     fitted = one.choice.winner.fitted.at(runs.measured)
-    places, columns = places_of(fitted), {c: runs.channels.index(c) for c in wanders}
-    return {
-        c: replace(wander, rms=wander_size([r[:, columns[c]] for r in fitted.residuals], places))
-        for c, wander in wanders.items()
-    }
+    sizes = dict(zip(runs.channels, wander_sizes(fitted.residuals, places_of(fitted)).tolist(), strict=True))
+    return {c: replace(wander, rms=sizes[c]) for c, wander in wanders.items()}
 
 
 def with_free_zeros(runs: PreparedRuns, channels: Collection[str]) -> PreparedRuns:

@@ -40,31 +40,32 @@ def wandering_zeros(
     fast = [k for k, p in enumerate(places) if slow_share(p.x, slow[k]) < WANDER_MOTION_SHARE]
     if not fast:
         return {}
-    left = [r - r.mean(axis=0) for r in residuals]  # about the zero of each run
-    found, predicted = {}, predictable_share(left, places, *units)
-    for c, channel in enumerate(channels):
-        size = wander_size([r[:, c] for r in residuals], places)
-        if (
-            min(slow_share(left[k][:, c], slow[k]) for k in fast) > WANDER_SHARE
-            and size > WANDERING_SPREAD_SHARE * spread[c]
-            and predicted[c] < LAW_SHARE
-        ):
-            found[channel] = Wander(size, 2.0 * min(float(np.ptp(places[k].time)) for k in fast) / WANDER_FUNCTIONS)
-    return found
+    sizes = _sizes(residuals, slow)
+    mostly = [c for c in range(len(channels)) if sizes[c] > WANDERING_SPREAD_SHARE * spread[c]
+              and min(slow_share(residuals[k][:, c], slow[k]) for k in fast) > WANDER_SHARE]  # fmt: skip
+    if not mostly:
+        return {}
+    predicted = predictable_share([r - r.mean(axis=0) for r in residuals], places, *units)  # about the zero of each run
+    period = 2.0 * min(float(np.ptp(places[k].time)) for k in fast) / WANDER_FUNCTIONS
+    return {channels[c]: Wander(float(sizes[c]), period) for c in mostly if predicted[c] < LAW_SHARE}
 
 
-def wander_size(residuals: Sequence[FloatArray], places: Sequence[Coordinates]) -> float:
-    """RMS of the slow part of what a model leaves of a channel, about the zero of each run.
+def wander_sizes(residuals: Sequence[FloatArray], places: Sequence[Coordinates]) -> FloatArray:
+    """RMS of the slow part of what a model leaves of each channel, about the zero of each run.
 
     Parameters
     ----------
-    residuals : sequence of ndarray, shape (n,)
+    residuals : sequence of ndarray, shape (n, channels)
         One array a run.
     places : sequence of Coordinates
         At the same samples.
     """
-    amplitudes = [_slow_functions(p).T @ y for p, y in zip(places, residuals, strict=True)]  # of zero mean each
-    return float(np.sqrt(np.sum(np.concatenate(amplitudes) ** 2) / sum(y.size for y in residuals)))
+    return _sizes(residuals, [_slow_functions(p) for p in places])
+
+
+def _sizes(residuals: Sequence[FloatArray], slow: Sequence[FloatArray]) -> FloatArray:
+    amplitudes = np.concatenate([basis.T @ r for basis, r in zip(slow, residuals, strict=True)])  # of zero mean each
+    return np.sqrt(np.sum(amplitudes**2, axis=0) / sum(len(r) for r in residuals))
 
 
 def _slow_functions(place: Coordinates) -> FloatArray:
