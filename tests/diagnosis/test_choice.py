@@ -13,7 +13,7 @@ from tsm_fmu.diagnosis.choice.form import beside, missing_after_all
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis
 from tsm_fmu.diagnosis.choice.refits import interleaved, shortlist
 from tsm_fmu.diagnosis.choice.selection import _imitates
-from tsm_fmu.diagnosis.choice.supported import Choice, choice_of, dominated, indistinguishable, log_residual
+from tsm_fmu.diagnosis.choice.supported import Choice, choice_of, dominated, indistinguishable, leading, log_residual
 from tsm_fmu.diagnosis.fits.refit import Task
 from tsm_fmu.effects import effect_of
 
@@ -472,6 +472,23 @@ def test_the_choice_does_not_hang_on_the_unit() -> None:
 def screened(spec: str, gain: float) -> Any:
     attached = SimpleNamespace(module=effect_of(spec), spec=spec, channel=spec.partition("@")[2])
     return SimpleNamespace(attached=attached, gain=gain)
+
+
+def test_what_is_far_behind_is_not_asked_what_its_nuisance_effects_do() -> None:
+    """That takes refits: of one that leaves far more no answer to it changes the choice."""
+    asked: list[str] = []
+
+    def asks(one: Hypothesis, name: str) -> Hypothesis:
+        return replace(one, nuisance_tests=lambda: asked.append(name) or {})
+
+    plain, best = made("", 0.2, 0.2, gap=0.2), made("inertia", 0.01, 0.01, gap=0.2, parameters=7)
+    behind = asks(made("viscous", 0.15, 0.15, gap=0.2, parameters=5), "behind")
+    near = asks(made("stribeck", 0.0101, 0.0101, gap=0.2, parameters=7), "near")
+    every = [plain, best, behind, near]
+    assert names(choice_of(every, plain)) == [("inertia",), ("stribeck",)]
+    assert leading(every) is best
+    assert not _imitates(best, [plain, behind])
+    assert set(asked) == {"near"}
 
 
 def test_shortlist_takes_an_effect_at_two_places_at_most() -> None:

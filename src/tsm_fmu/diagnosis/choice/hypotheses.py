@@ -138,6 +138,11 @@ class Hypothesis:
         """All that this hypothesis says is missing."""
         return (*(s for s in self.added if s not in self.form_corrections), *self.significant)
 
+    @property
+    def has_effects(self) -> bool:
+        """Whether it says that anything is missing; without a refit where one that it adds is."""
+        return any(s not in self.form_corrections for s in self.added) or bool(self.significant)
+
     def changed_by(self, spec: str) -> BoolArray:
         """Channels that an effect changes; shape (channels,)."""
         return np.nan_to_num(self.fitted.share_of(spec), nan=np.inf) > CLEAN_EFFECT_SPREAD_SHARE

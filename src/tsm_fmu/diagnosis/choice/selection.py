@@ -142,11 +142,12 @@ def _leads(one: Hypothesis, hypotheses: Sequence[Hypothesis], specs: Collection[
 
     Not where every one has them, as nuisance effects that are large: nothing shows the lead then.
     """
-    without = [
-        log_residual(h) for h in hypotheses
-        if not h.disguised and not any(spec in specs or (alike and looks_like(spec, specs)) for spec in h.effects)
-    ]  # fmt: skip
-    return bool(without) and min(without) >= log_residual(one) - np.log(MUCH_LESS_RATIO)
+
+    def without(h: Hypothesis) -> bool:
+        return not h.disguised and not any(s in specs or (alike and looks_like(s, specs)) for s in h.effects)
+
+    near = log_residual(one) - np.log(MUCH_LESS_RATIO)
+    return not any(log_residual(h) < near and without(h) for h in hypotheses) and any(map(without, hypotheses))
 
 
 def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:
@@ -167,8 +168,10 @@ def _imitates(one: Hypothesis, hypotheses: Sequence[Hypothesis]) -> bool:
 
     In the channels that the answer changes: what is left of others differs because the model's own values moved.
     """
-    disguised = [h for h in hypotheses if h.disguised and len(h.effects) <= len(one.effects)]
-    return any(dominated(one, other, one.acts) for other in disguised)
+    return any(
+        dominated(one, other, one.acts) and len(other.effects) <= len(one.effects)
+        for other in hypotheses if other.disguised
+    )  # fmt: skip
 
 
 def _any_law_of_a_coordinate(effects: Sequence[str]) -> bool:

@@ -85,8 +85,11 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
             key=lambda h: (sum(spec in h.form_corrections for spec in h.added), log_residual(h)),
         )
     )
-    simpler = [h for h in hypotheses if len(h.effects) <= fewest]  # also one that lacks a correction of the form
-    return Choice(best, tuple(h for h in supported if not any(dominated(h, other) for other in simpler)) or supported)
+
+    def is_dominated(one: Hypothesis) -> bool:  # also by one that lacks a correction of the form
+        return any(dominated(one, other) and len(other.effects) <= fewest for other in hypotheses)
+
+    return Choice(best, tuple(h for h in supported if not is_dominated(h)) or supported)
 
 
 def _predicts_worse(one: Hypothesis, less: Hypothesis) -> bool:
@@ -138,13 +141,14 @@ def dominated(one: Hypothesis, other: Hypothesis, where: BoolArray | None = None
         pairs = [(mine[where], theirs[where], effective[where]) for mine, theirs, effective in pairs]
     bent = 0.5 * PARAMETER_RATIO * surplus  # sure to be no more than the law bending to the form of the model
     margins = [CONVERGED_SHARE + DIFFERENCE_DEVIANCE / effective + bent for *_, effective in pairs]
-    as_little = all((theirs <= mine * (1.0 + m)).all() for (mine, theirs, _), m in zip(pairs, margins, strict=True))
+    if not all((theirs <= mine * (1.0 + m)).all() for (mine, theirs, _), m in zip(pairs, margins, strict=True)):
+        return False
+    if all((theirs < MUCH_LESS_RATIO * mine).any() for mine, theirs, _ in pairs):
+        return True  # what hides behind what need not be known: that may take refits
     leaves_less = all((mine * (1.0 + CONVERGED_SHARE) < theirs).any() for mine, theirs, _ in pairs)
-    hides = any(looks_like(spec, other.effects) for spec in one.effects) and (
-        one.values_of_runs <= other.values_of_runs or leaves_less
-    )
-    much_less = all((theirs < MUCH_LESS_RATIO * mine).any() for mine, theirs, _ in pairs)
-    return as_little and (much_less or not hides)
+    if one.values_of_runs > other.values_of_runs and not leaves_less:
+        return True
+    return not any(looks_like(spec, other.effects) for spec in one.effects)
 
 
 def leading(hypotheses: Sequence[Hypothesis]) -> Hypothesis:
@@ -256,9 +260,6 @@ def _within_allowance(
     pairs = [(one.measured, best.measured, baseline, best.effective)]
     if one.held_out is not None and best.held_out is not None and baseline_held_out is not None:
         pairs.append((one.held_out, best.held_out, baseline_held_out, best.effective_held_out))
-    own, other = ([e for e in h.effects if e not in than.effects] for h, than in ((best, one), (one, best)))
-    alike = len(own) == len(other) and any(looks_like(e, other) and starts_of(effect_of(e)) for e in own)
-    free = best.values_of_runs > (0 if alike else one.values_of_runs)
     # other motions than theirs may show less of the form of the model: what halves that on all runs, with motions of
     # their own among them, is no form of it
     others = len(pairs) > 1 and not best.folded
@@ -275,7 +276,8 @@ def _within_allowance(
         better.append((least - mine > margin) & (not fewer))
         gains.append(np.log(np.maximum(mine, 1e-300) / np.maximum(least, 1e-300)))
     counts = np.any(worse, axis=0)
-    if free:  # a value for each run can stand for whatever differs between runs, and of what hides it for more
+    if (counts != np.all(worse, axis=0)).any() and _more_values_of_runs(one, best):
+        # a value for each run can stand for whatever differs between runs, and of what hides it for more
         counts = np.all(worse, axis=0) | (worse[-1] & nearly_removed(pairs[-1][0], pairs[-1][1]) & (len(pairs) > 1))
     # measured and held-out runs that say the opposite tell nothing apart
     counts &= ~np.any(better, axis=0)
@@ -291,10 +293,19 @@ def _within_allowance(
     return not counts.any()
 
 
+def _more_values_of_runs(one: Hypothesis, best: Hypothesis) -> bool:
+    """Whether the best has more values of each run than another one, or any where what has them hides what that has."""
+    if not best.values_of_runs:
+        return False
+    own, other = ([e for e in h.effects if e not in than.effects] for h, than in ((best, one), (one, best)))
+    alike = len(own) == len(other) and any(looks_like(e, other) and starts_of(effect_of(e)) for e in own)
+    return best.values_of_runs > (0 if alike else one.values_of_runs)
+
+
 def least_of_further(one: Hypothesis) -> FloatArray:
     """Part of each channel's spread that one effect more must remove: more where an effect acts already."""
     removed = one.fitted.task.gap**2 - one.measured
-    acts = (removed > (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2) & bool(one.effects)
+    acts = (removed > (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2) & one.has_effects
     return np.where(acts, FURTHER_EFFECT_SPREAD_SHARE, CLEAN_EFFECT_SPREAD_SHARE)
 
 
