@@ -278,6 +278,14 @@ def test_a_spike_between_the_levels_leaves_the_step_of_a_coarse_converter(step):
     assert quantisation_step(force) == 0.0
 
 
+@pytest.mark.parametrize(("spikes", "found"), [(7, 0.37), (53, 0.0)])
+def test_more_spikes_than_levels_leave_the_step_unless_they_are_no_exception(spikes, found):
+    rng = np.random.default_rng(8)
+    force = rng.choice([-2.0, -1.0, 0.0], 4000) * 0.37 + 0.11
+    force[rng.choice(4000, spikes, replace=False)] = rng.normal(size=spikes)
+    assert quantisation_step(force) == pytest.approx(found, rel=1e-9)
+
+
 def test_three_levels_are_a_grid_where_they_are_evenly_apart_and_recur():
     drawn = np.random.default_rng(7).integers(0, 3, 500)
     assert quantisation_step(0.13 + 0.71 * drawn) == pytest.approx(0.71, rel=1e-9)
