@@ -39,6 +39,20 @@ def test_levels_are_within_the_range_of_their_channel(rig: Rig) -> None:
     assert drive["tau_c"][1] == pytest.approx(np.ptp(runs[0].targets))
 
 
+def test_a_motion_that_goes_one_way_shows_the_level_of_friction_that_it_has(known: dict[str, float]) -> None:
+    """Believed at a third of it, and the force hardly changes: less than a tenth of the level."""
+    rng = np.random.default_rng(6)
+    time = np.arange(3000) * 0.004
+    v = 0.4 * np.sin(1.3 * time) ** 2
+    force = 1.73 - 0.12 * np.exp(-v / 0.09) + 4e-3 * rng.standard_normal(time.size)
+    runs = [FitRun("one way", time, v[:, None], force[:, None])]
+    ranges = level_ranges(kernel("LuGreFriction"), ["F"], runs, [])
+    assert ranges["F_c"][1] == pytest.approx(force.max())
+    task = replace(task_of(runs, known), limits=ranges)
+    found = refit(task, (), {"F_c": 0.5, "F_s": 0.6, "v_s": 0.1}, steps=40)
+    assert found.rmse[0] < 0.03 * force.mean()
+
+
 def test_levels_of_an_estimator_are_within_the_range_of_the_drive_that_they_are_taken_out_of(rig: Rig) -> None:
     """The load that it estimates may stand still while friction turns: its range says nothing of friction."""
     run = rig(71)

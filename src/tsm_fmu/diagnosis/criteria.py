@@ -96,8 +96,8 @@ POSITION_NOISE_SHARE = 0.1
 """The same of its noise, as a part of what it moves in a sample."""
 
 FRICTION_LEVEL_RATIO = 1.0
-"""A level of the model's friction (Coulomb, break-away) is at most this many times the range of the channels that it is
-in: a motion that reverses shows twice its level."""
+"""A level of the model's friction (Coulomb, break-away) is at most this many times the range, zero included, of the
+channels that it is in: a motion that reverses shows twice its level, one that does not the level."""
 
 FORGOTTEN_LENGTHS = 3.0
 """The longest stroke is at least this many lengths over which the model forgets a reversal: 5 % of it are left."""
@@ -253,8 +253,11 @@ SLOW_RATIO = 6.0
 """Residual over its white part beyond which it is no instrument's noise, even if it is smaller than that."""
 
 EXPLAINED_SHARE = 0.8
-"""Part of the gap that effects must close on held-out runs, and where something lawful is left all the same; one that
-no other comes near need close it on the measured runs alone."""
+"""Part of the gap that effects must close on held-out runs, and where something lawful is left all the same."""
+
+LEADING_SHARE = 0.5
+"""The same of measured runs, for an effect that no other comes near: of laws that are none of the library's ours close
+less, or several as much."""
 
 OPEN_GAP_EFFECTS = 2
 """At most so many effects are named where something lawful is left: of three flexible laws some sum closes nearly any

@@ -17,6 +17,7 @@ from ..criteria import (
     EFFECT_SPREAD_SHARE,
     EXPLAINED_SHARE,
     FOLDED_HYPOTHESES,
+    LEADING_SHARE,
     MISLEADING_RATIO,
     MOST_EFFECTS,
     MUCH_LESS_RATIO,
@@ -113,10 +114,10 @@ def without_names(one: Selection) -> Selection:
 def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: Fitted | None) -> BoolArray:
     """Channels in which what is left takes no name away: no other effect comes near.
 
-    One effect closes most of the gap of measured runs there and a notable part of that of others, nothing else is
-    supported, and without it twice as much is left at least. What all candidates leave is the form of the model then.
-    Or it predicts most of the gap of runs that it was not fitted to, which no such form does: then the effects that it
-    hides behind need not be far, and are a set with it where they are supported.
+    One effect closes half of the gap of measured runs there and a notable part of that of others, nothing else is
+    supported but what hides behind it, and without these twice as much is left at least: its law is not quite that of
+    the rig then, or the form of the model is what all candidates leave. Or it predicts most of the gap of runs that it
+    was not fitted to, which no such form does.
     Of several effects each would have such a lead: a sum of laws bends to the form.
     """
     one, plain = choice.winner, hypotheses[0]
@@ -125,26 +126,27 @@ def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: 
         return nowhere
     floor, least = least_floor(one, reference_fit) ** 2, (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
 
-    def closed(left: FloatArray, gap: FloatArray) -> BoolArray:
-        return (left - floor < (1.0 - EXPLAINED_SHARE) * np.maximum(gap - floor, 0.0)) & (gap > floor)
+    def closed(left: FloatArray, gap: FloatArray, share: float) -> BoolArray:
+        return (left - floor < (1.0 - share) * np.maximum(gap - floor, 0.0)) & (gap > floor)
 
-    found = nowhere
-    if len(choice.supported) == 1 and _leads(one, hypotheses, set(one.effects)):
+    specs = {spec for h in choice.supported for spec in h.effects}
+    if not _leads(one, hypotheses, specs):
+        return nowhere
+    found = closed(one.held_out, plain.held_out, EXPLAINED_SHARE) & (plain.measured - one.measured > least)
+    if all(spec in one.effects or looks_like(spec, one.effects) for spec in specs):
         carries_over = plain.held_out - one.held_out > NOTABLE_RATIO * one.held_out
-        found = found | (closed(one.measured, plain.measured) & carries_over)
-    if _leads(one, hypotheses, {spec for h in choice.supported for spec in h.effects}, alike=True):
-        found = found | (closed(one.held_out, plain.held_out) & (plain.measured - one.measured > least))
+        found |= closed(one.measured, plain.measured, LEADING_SHARE) & carries_over
     return one.acts & found
 
 
-def _leads(one: Hypothesis, hypotheses: Sequence[Hypothesis], specs: Collection[str], alike: bool = False) -> bool:
-    """Whether all hypotheses without some effects, nor with ``alike`` any that hides behind them, leave twice as much.
+def _leads(one: Hypothesis, hypotheses: Sequence[Hypothesis], specs: Collection[str]) -> bool:
+    """Whether all hypotheses without some effects, nor any that hides behind them, leave twice as much.
 
     Not where every one has them, as nuisance effects that are large: nothing shows the lead then.
     """
 
     def without(h: Hypothesis) -> bool:
-        return not h.disguised and not any(s in specs or (alike and looks_like(s, specs)) for s in h.effects)
+        return not h.disguised and not any(s in specs or looks_like(s, specs) for s in h.effects)
 
     near = log_residual(one) - np.log(MUCH_LESS_RATIO)
     return not any(log_residual(h) < near and without(h) for h in hypotheses) and any(map(without, hypotheses))

@@ -45,7 +45,8 @@ def level_ranges(
         signals = [run.inputs[:, inputs.index(base.roles.drive)] for run in runs]
     else:
         signals = [run.targets[:, j] for run in runs for j in columns]
-    most = FRICTION_LEVEL_RATIO * max(float(np.ptp(signal)) for signal in signals)
+    # with zero: where a motion goes one way alone its friction hardly changes
+    most = FRICTION_LEVEL_RATIO * max(float(np.ptp(np.append(signal, 0.0))) for signal in signals)
     scale = base.roles.friction.scale if base.roles.friction else ""
     if scale:
         most /= model.named(model.params(preset, dict(values or {})))[scale]
