@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 __all__ = ["quantisation_step"]
 
 _OFF_GRID = 0.12  # of a step; values spread evenly between the levels have 0.29
-_RARE = 0.01  # of the samples of the median level; and part of all samples, of which single ones are no levels
+_RARE = 0.01  # of the samples of the median level
+_SPIKES = 0.01  # of all samples: where fewer are single ones, these are no levels
 _OFTEN = 10  # samples of the median level beside which a single sample is no level
 _FEW_OFF_GRID, _REPEATED = 1e-3, 10  # three levels are no grid by chance: evenly apart, and taken again and again
 
@@ -42,7 +43,7 @@ def quantisation_step(values: NDArray[np.float64]) -> float:
 def _step_of(values: NDArray[np.float64]) -> float:
     levels, samples = np.unique(values, return_counts=True)
     usual = float(np.median(samples)) if samples.size else 0.0
-    again = usual >= _OFTEN or np.count_nonzero(samples == 1) < _RARE * values.size  # a few levels, and more spikes
+    again = usual >= _OFTEN or np.count_nonzero(samples == 1) < _SPIKES * values.size
     levels = levels[samples >= max(_RARE * usual, 2.0 if again else 0.0)]
     gaps = np.diff(levels)
     # gaps of the rounding of the arithmetic itself are no levels
