@@ -142,7 +142,7 @@ def _predictable(fitted: Fitted) -> FloatArray:
 
 def mostly_explained(one: Hypothesis, refitted: Hypothesis, reference_fit: Fitted | None) -> BoolArray:
     """Channels in which the effects close nearly all of the gap, though their law is not quite the true one."""
-    return nearly_closed(one, refitted, reference_fit) & one.has_effects
+    return nearly_closed(one, refitted, reference_fit) & bool(one.effects)
 
 
 def nearly_closed(one: Hypothesis, refitted: Hypothesis, reference_fit: Fitted | None) -> BoolArray:
