@@ -57,6 +57,17 @@ def test_named_is_the_sentence_of_the_specification() -> None:
     )
 
 
+@pytest.mark.parametrize(("closure", "said"), [(0.81, False), (0.79, True), (0.02, True), (-0.1, False), (None, False)])
+def test_of_a_gap_that_is_closed_in_part_it_is_said_that_the_law_may_be_another(closure, said: bool) -> None:
+    """A name is given at half of a gap where no other effect comes near: who reads it must know."""
+    sentence = "Part of it is left: the law of the rig is not quite the one that is named, or more is missing."
+    of = gap(closure=closure, closure_least=closure)
+    assert (sentence in answer(found("named", effects=("inertia",), gap=of))) is said
+    alike = found("ambiguous", equivalent=(("thermal", "wear"),), gap=of)
+    assert (sentence in answer(alike)) is said
+    assert sentence not in answer(found("unknown", gap=of))
+
+
 def test_a_floor_that_is_what_the_best_model_leaves_is_a_range() -> None:
     said = answer(
         found("named", effects=("load_dependence",), where=(), gap=gap(floor_least=0.0004, closure_least=0.887))

@@ -14,6 +14,7 @@ from ..criteria import (
     ABOVE_FLOOR_RATIO,
     CARRIED_OVER_RATIO,
     CHANGED_SHARE,
+    EXPLAINED_SHARE,
     FAMILY_SHARE,
     NOTABLE_SHARE,
     SURE_FLOOR_SHARE,
@@ -114,13 +115,13 @@ def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
         all_names = [*map(words, found.effects), *_beside(found)]
         names, many = " and ".join(all_names), len(all_names) > 1
         share = f"{names} explain{'' if many else 's'} {closes} of {of}" if closes else f"missing: {names}"
-        return as_sentence(f"{where}{share}; {numbers}") + _laws_text(found)
+        return as_sentence(f"{where}{share}; {numbers}") + _left_text(found.gap[channel]) + _laws_text(found)
     if found.verdict == "ambiguous":
         names = either([words(e) for e in found.equivalent[0]])
         share = f"explains {closes} of {of}" if closes else "is missing"
         return as_sentence(
             f"{where}{names} {share}, these runs cannot tell which: play the next experiment; {numbers}"
-        ) + _laws_text(found)
+        ) + _left_text(found.gap[channel]) + _laws_text(found)  # fmt: skip
     tried = [(c, x) for c in found.candidates if c.testable and (x := c.channels[channel].closure_measured) is not None]
     nearest = f" (the best, {words(tried[0][0].spec)}, {range_of(tried[0][1])})" if tried else ""
     text = as_sentence(f"{where}no effect of the library explains {of} well enough{nearest}; {numbers}")
@@ -130,6 +131,13 @@ def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
     if formula is None:
         return text
     return f"{text} What predicts {_percent(formula.share)} of it, not a name: {channel} lacks {formula.text}."
+
+
+def _left_text(g: Gap) -> str:
+    """What a gap that is closed in part says of the answer."""
+    if g.closure is None or not 0.0 < g.closure < EXPLAINED_SHARE:
+        return ""
+    return " Part of it is left: the law of the rig is not quite the one that is named, or more is missing."
 
 
 def _beside(found: Diagnosis) -> list[str]:
