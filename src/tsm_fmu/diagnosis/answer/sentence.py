@@ -115,13 +115,13 @@ def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
         all_names = [*map(words, found.effects), *_beside(found)]
         names, many = " and ".join(all_names), len(all_names) > 1
         share = f"{names} explain{'' if many else 's'} {closes} of {of}" if closes else f"missing: {names}"
-        return as_sentence(f"{where}{share}; {numbers}") + _left_text(found.gap[channel]) + _laws_text(found)
+        return as_sentence(f"{where}{share}; {numbers}") + _of_the_answer(found, channel)
     if found.verdict == "ambiguous":
         names = either([words(e) for e in found.equivalent[0]])
         share = f"explains {closes} of {of}" if closes else "is missing"
         return as_sentence(
             f"{where}{names} {share}, these runs cannot tell which: play the next experiment; {numbers}"
-        ) + _left_text(found.gap[channel]) + _laws_text(found)  # fmt: skip
+        ) + _of_the_answer(found, channel)
     tried = [(c, x) for c in found.candidates if c.testable and (x := c.channels[channel].closure_measured) is not None]
     nearest = f" (the best, {words(tried[0][0].spec)}, {range_of(tried[0][1])})" if tried else ""
     text = as_sentence(f"{where}no effect of the library explains {of} well enough{nearest}; {numbers}")
@@ -133,16 +133,17 @@ def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
     return f"{text} What predicts {_percent(formula.share)} of it, not a name: {channel} lacks {formula.text}."
 
 
-def _left_text(g: Gap) -> str:
-    """What a gap that is closed in part says of the answer."""
-    if g.closure is None or not 0.0 < g.closure < EXPLAINED_SHARE:
-        return ""
-    return " Part of it is left: the law of the rig is not quite the one that is named, or more is missing."
-
-
 def _beside(found: Diagnosis) -> list[str]:
     """What is there beside the named effects and has no name of its own."""
     return [f"one of {', '.join(map(words, ids))} (these runs cannot tell which)" for ids in found.equivalent]
+
+
+def _of_the_answer(found: Diagnosis, channel: str) -> str:
+    """What an answer does not say by its names: that part of its gap is left, and of what its effects are laws."""
+    closure = found.gap[channel].closure
+    in_part = closure is not None and 0.0 < closure < EXPLAINED_SHARE
+    left = " Part of it is left: the law of the rig is not quite the one that is named, or more is missing."
+    return (left if in_part else "") + _laws_text(found)
 
 
 def _laws_text(found: Diagnosis) -> str:
