@@ -15,8 +15,9 @@ from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, find_significant_nui
 from tsm_fmu.diagnosis.choice.refits import probe, refit_candidates, refit_rivals
 from tsm_fmu.diagnosis.choice.supported import with_fewer
 from tsm_fmu.diagnosis.criteria import RIVAL_COST_RATIO
+from tsm_fmu.diagnosis.fits import refit as refit_module
 from tsm_fmu.diagnosis.fits.carried import carried_over
-from tsm_fmu.diagnosis.fits.nuisance import best_refit
+from tsm_fmu.diagnosis.fits.nuisance import again_from, best_refit
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.diagnosis.fits.screening import Screened, screen
 from tsm_fmu.kernels.chain import attach
@@ -166,6 +167,45 @@ def test_what_a_candidate_gains_on_reference_runs_is_put_back(rig: Rig, known: d
     (nothing,) = refit_candidates(base, screened(base.fitted), [], same)
     assert nothing.fitted.rmse[0] < 0.5 * base.fitted.rmse[0]
     assert nothing.measured == pytest.approx(base.measured, rel=0.1)  # the reference runs lack it as much
+
+
+def test_a_refit_from_values_near_by_looks_for_no_scales(
+    task: Task, best: Hypothesis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where it ends it would without them too."""
+    asked: list[list[str]] = []
+    real = refit_module.sensitivity_scales
+
+    def counted(problem: Any, known: Any = None) -> dict[str, float]:
+        asked.append([name for name in problem.space.free if name not in (known or {})])
+        return real(problem, known)
+
+    monkeypatch.setattr(refit_module, "sensitivity_scales", counted)
+    moved = replace(best.fitted, task=replace(task, runs=task.runs[:1]), table=1.01 * best.fitted.table)
+    again = again_from(moved, ())
+    assert asked == [[]]
+    anew = best_refit(moved, moved.effects, [(moved.values, moved.per_run)], ())
+    assert asked[1] != []
+    assert again.cost == pytest.approx(anew.cost, rel=2e-3)
+    assert again.scales.keys() == anew.scales.keys()
+
+
+def test_candidates_are_judged_once_they_have_ended(task: Task, rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The closest rivals are refitted before: what one leaves of held-out runs is that of its last fit."""
+    held, seen = [rig(79, inertia=MASS)], list[Fitted]()
+    real = module.carried_over
+
+    def counted(fitted: Fitted, *given: Any) -> Any:
+        seen.append(fitted)
+        return real(fitted, *given)
+
+    base = hypothesis((), refit(task, (), {}), (), held)
+    monkeypatch.setattr(module, "carried_over", counted)
+    listed = screen(base.fitted, [attach(kernel("LuGreFriction"), spec) for spec in ("viscous", "inertia", "wear")])
+    found = refit_candidates(base, listed, held)
+    assert len(found) == 3
+    assert sorted(map(id, seen)) == sorted(id(h.fitted) for h in found)
+    assert min(found, key=lambda h: h.fitted.cost).added == ("inertia",)
 
 
 def test_what_is_held_out_is_a_mean_square_of_its_own(best: Hypothesis, rig: Rig) -> None:

@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from tsm_fmu.kernels.kernel import kernel
-from tsm_fmu.regression.descent import Descent, Objective, triangle
+from tsm_fmu.regression.descent import PROMISING_STEPS, Descent, Objective, triangle
 from tsm_fmu.regression.problem import FitRun, Problem
 from tsm_fmu.regression.projection import Eliminated, Projection
 from tsm_fmu.regression.scaled_variables import ScaledVariables
@@ -129,3 +129,21 @@ def test_a_descent_ends_where_scipys_does_and_asks_for_no_slope_that_is_not_used
         asked.append((here.slopes_asked, there.slopes_asked))
     assert all(one <= other for one, other in asked)
     assert any(one < other for one, other in asked) or change < 1e-8  # which ends where the slope vanishes
+
+
+@pytest.mark.parametrize("lo", [-np.inf, -1.3])
+def test_a_descent_that_comes_near_what_is_of_use_goes_on_as_ever_and_another_is_given_up(lo: float) -> None:
+    given_up = 0
+    for seed in range(20):
+        start = np.maximum(np.random.default_rng(seed).normal(size=2) * [1.0, 2.0], lo + 0.01)
+        free, tied = Curved(True, lo, seed), Curved(True, lo, seed)
+        whole = Descent(1e-9, 1e-9, 1e-9).descend(free, start)  # pyright: ignore[reportArgumentType]
+        at_most = 1.1 * float(np.sum(free.residual(whole) ** 2)) + 0.5
+        found = Descent(1e-9, 1e-9, 1e-9, at_most=at_most).descend(tied, start)  # pyright: ignore[reportArgumentType]
+        if found.tolist() == whole.tolist():
+            continue
+        given_up += 1
+        assert float(np.sum(tied.residual(found) ** 2)) > at_most
+        assert float(np.sum(tied.residual(found) ** 2)) <= float(np.sum(tied.residual(start) ** 2))
+        assert tied.slopes_asked < min(free.slopes_asked, PROMISING_STEPS)
+    assert 0 < given_up < 20

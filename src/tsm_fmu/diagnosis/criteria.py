@@ -217,6 +217,10 @@ CONTENDING_RATIO = 2.0
 """Of these, those are refitted to the end that after the first steps leave at most this many times the mean square that
 the best one leaves: later steps seldom halve it."""
 
+PROMISING_RATIO = 1.05
+"""A rival that is refitted from the values of the best is given up where its first steps leave this many times what it
+left before: later ones seldom gain as much."""
+
 EARLY_RATIO = 4.0
 """Of many samples those that leave this many times what the best one leaves are left out after two steps."""
 

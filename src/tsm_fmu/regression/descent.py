@@ -30,6 +30,8 @@ CACHED_ROWS, MANY_ROWS = 4096, 10_000
 APART = 1e-4
 """Part of each column beyond those before it from which on their products tell them apart, to half the digits."""
 
+PROMISING_STEPS = 4
+"""Evaluations after which it shows whether a descent that is to reach a sum of squares comes near it."""
 WELL_PREDICTED = 0.25
 """Part of a predicted gain: a step that gains less ends no descent, for the next one is shorter. As in scipy."""
 
@@ -50,6 +52,8 @@ class Descent:
         and after so many evaluations.
     difference : float
         Step of the Jacobian's finite differences, in scaled variables.
+    at_most : float
+        It is given up if more than this sum of squares is left after `PROMISING_STEPS` evaluations.
     """
 
     cost_tolerance: float = 1e-7
@@ -57,6 +61,7 @@ class Descent:
     gradient_tolerance: float = 1e-7
     most_steps: int = 60
     difference: float = 1e-6
+    at_most: float = math.inf
 
     def __call__(self, problem: Problem, log: SearchLog, start: Solution | None = None) -> Solution:
         """All free parameters searched, none eliminated; never worse than the start."""
@@ -92,7 +97,7 @@ class Descent:
         """Scaled values of the local minimum reached from ``q``; ``q`` itself where the model fails there."""
         if not objective.variables.axes or objective.at(q) is None:
             return q
-        course = _Course(objective, self.cost_tolerance, self.most_steps)
+        course = _Course(objective, self)
         try:
             with np.errstate(over="ignore", invalid="ignore"):  # powers of slopes far from any answer: no step is taken
                 return least_squares(
@@ -212,12 +217,11 @@ class _Course:
     Parameters
     ----------
     objective : Objective
-    cost_tolerance, most_steps
-        As of `Descent`.
+    settings : Descent
     """
 
-    def __init__(self, objective: Objective, cost_tolerance: float, most_steps: int) -> None:
-        self.objective, self.cost_tolerance, self.most_steps = objective, cost_tolerance, most_steps
+    def __init__(self, objective: Objective, settings: Descent) -> None:
+        self.objective, self.settings = objective, settings
         self.evaluations = 0
         self.last: tuple[FloatArray, FloatArray, FloatArray] | None = None
 
@@ -229,11 +233,16 @@ class _Course:
     def jacobian(self, q: FloatArray) -> FloatArray:
         """That of the objective; raises `_Arrived` where a descent has ended and would not use it."""
         residual = self.objective.residual(q)
-        if self.last and (self.evaluations >= self.most_steps or self._hardly_less(q, residual)):
+        if self.last and (self._given_up(residual) or self._hardly_less(q, residual)):
             raise _Arrived(q)
         found = self.objective.jacobian(q)
         self.last = q.copy(), residual, found
         return found
+
+    def _given_up(self, residual: FloatArray) -> bool:
+        """Whether no more evaluations are to be made."""
+        hopeless = self.evaluations >= PROMISING_STEPS and residual @ residual > self.settings.at_most
+        return bool(self.evaluations >= self.settings.most_steps or hopeless)
 
     def _hardly_less(self, q: FloatArray, residual: FloatArray) -> bool:
         """Whether the last step gained next to nothing, and not for want of a model that predicts its gain.
@@ -245,7 +254,7 @@ class _Course:
         gained = still @ still - residual @ residual
         change = slopes @ (q - before)
         predicted = -change @ (2.0 * still + change)
-        return bool(gained < self.cost_tolerance * (still @ still) and gained > WELL_PREDICTED * predicted)
+        return bool(gained < self.settings.cost_tolerance * (still @ still) and gained > WELL_PREDICTED * predicted)
 
 
 def triangle(residual: FloatArray, columns: FloatArray) -> FloatArray:

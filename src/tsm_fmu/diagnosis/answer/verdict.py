@@ -144,7 +144,8 @@ def _final_fit(winner: Hypothesis, holdout: Sequence[FitRun], progress: Callable
         return fitted
     progress(f"refit without {', '.join(idle)}")
     kept, released = ([e for e in every if e not in idle] for every in (fitted.effects, fitted.released))
-    return best_refit(fitted, kept, [(fitted.values, fitted.per_run)], winner.nuisances, released)
+    start = (fitted.values, fitted.per_run)
+    return best_refit(fitted, kept, [start], winner.nuisances, released, scales=fitted.scales)
 
 
 def _unexplained_notes(floors: Floors, channels: Sequence[str]) -> tuple[str, ...]:

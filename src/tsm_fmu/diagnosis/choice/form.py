@@ -38,14 +38,6 @@ def beside(base: Hypothesis, spec: str, one: Hypothesis) -> Hypothesis:
     return replace(one, form_corrections=tuple(s for s in base.form_corrections if not shapes_reversals(s)))
 
 
-def missing_after_all(base: Hypothesis, one: Hypothesis) -> Hypothesis:
-    """A hypothesis whose last effect is missing if, after another refit, it does what a nuisance effect did before."""
-    spec = one.added[-1]
-    if spec not in one.form_corrections or base.significant.keys() <= one.significant.keys():
-        return one
-    return replace(one, form_corrections=tuple(s for s in one.form_corrections if s != spec))
-
-
 def with_shapes_beside(one: Hypothesis) -> Hypothesis:
     """A copy in which laws of what follows a reversal, if they came before another effect and do little, are form.
 

@@ -217,9 +217,8 @@ def left_out_in_turn(one: Hypothesis) -> Hypothesis:
         kept = [j for j in range(len(runs)) if j not in out]
         task = replace(one.fitted.task, runs=[runs[j] for j in kept])
         start = one.fitted.values, {name: values[kept] for name, values in one.fitted.per_run.items()}
-        fitted = best_refit(
-            replace(one.fitted, task=task), one.fitted.effects, [start], one.nuisances, one.fitted.released, FOLD_STEPS
-        )
+        fold, last = replace(one.fitted, task=task), one.fitted
+        fitted = best_refit(fold, last.effects, [start], one.nuisances, last.released, FOLD_STEPS, last.scales)
         parts.append(left_out(one.fitted, fitted, out))
     left = pooled(parts)
     return replace(

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from ...effects import prefix_of
 from ...kernels.arrays import FloatArray
 from ...models.contract import InputError
 from ...regression.problem import FitRun
@@ -19,6 +20,7 @@ from ..criteria import (
     FIT_SPREAD_SHARE,
     PLACES_OF_AN_EFFECT,
     PROBED_CANDIDATES,
+    PROMISING_RATIO,
     REFITTED_CANDIDATES,
     RIVAL_COST_RATIO,
 )
@@ -89,7 +91,7 @@ def refit_candidates(
     starts: Mapping[str, Start] | None = None, progress: Callable[[str], None] = lambda _: None,
     most: int = REFITTED_CANDIDATES,
 ) -> list[Hypothesis]:  # fmt: skip
-    """One hypothesis for each of the best candidates on top of another hypothesis.
+    """One hypothesis for each of the best candidates on top of another hypothesis, close rivals refitted once more.
 
     Parameters
     ----------
@@ -117,31 +119,42 @@ def refit_candidates(
         except InputError:
             return None  # the values of the linear step are not allowed in the chain
 
-    def refitted(one: tuple[Screened, Fitted]) -> Hypothesis:
+    def refitted(one: tuple[Screened, Fitted]) -> Fitted:
         s, fitted = one
-        contends = _log_mean_square(fitted) <= least + np.log(CONTENDING_RATIO)
-        if contends:
-            second = (starts or {}).get(s.attached.spec)
-            fitted = refit_with(base.fitted, s, base.nuisances, second, begun=fitted)
+        return refit_with(base.fitted, s, base.nuisances, (starts or {}).get(s.attached.spec), begun=fitted)
+
+    def judged(one: tuple[Screened, Fitted], way: Callable[..., Fitted], steps: int) -> Hypothesis:
+        s, fitted = one
         gain = base.reference_gain
         if reference_fit is not None:
-            gain = gain + _gained(reference_fit, s, base.nuisances, refit_with if contends else begun_with)
-        steps = MOVE_STEPS if contends else 0
+            gain = gain + _gained(reference_fit, s, base.nuisances, way)
         found = hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain, steps)
-        found = beside(base, s.attached.spec, found)
-        return with_shapes_beside(found) if contends else found
+        return beside(base, s.attached.spec, found)
 
-    listed = shortlist(screened, most)
-    behind: list[tuple[Screened, Fitted]] = []
+    listed, far = shortlist(screened, most), list[tuple[Screened, Fitted]]()
     if sum(run.time.size for run in base.fitted.problem.runs) > LONG_ROWS:
         a_little = partial(begun, steps=EARLY_STEPS, scales=base.fitted.scales)
-        early = [one for one in together(a_little, listed) if one is not None]
-        least = min((_log_mean_square(fitted) for _, fitted in early), default=0.0) + np.log(EARLY_RATIO)
-        behind = [(s, fitted) for s, fitted in early if _log_mean_square(fitted) > least]
-        listed = [s for s, fitted in early if _log_mean_square(fitted) <= least]
-    tried = [one for one in together(begun, listed) if one is not None]
-    least = min((_log_mean_square(fitted) for _, fitted in tried), default=0.0)
-    return together(refitted, [*tried, *behind])
+        near, far = _near_the_best(together(a_little, listed), EARLY_RATIO)
+        listed = [s for s, _ in near]
+    near, behind = _near_the_best(together(begun, listed), CONTENDING_RATIO)
+    specs = [s for s, _ in near]
+    added = [(*base.added, s.attached.spec) for s in specs]
+    fits = rivals_refitted(together(refitted, near), added, base.nuisances)
+    ended = list(zip(specs, fits, strict=True))
+    found = together(lambda one: with_shapes_beside(judged(one, refit_with, MOVE_STEPS)), ended)
+    return [*found, *together(partial(judged, way=begun_with, steps=0), [*behind, *far])]
+
+
+def _near_the_best(
+    tried: Sequence[tuple[Screened, Fitted] | None], ratio: float
+) -> tuple[list[tuple[Screened, Fitted]], list[tuple[Screened, Fitted]]]:
+    """Candidates that leave at most so many times the mean square that the best one leaves, and the others."""
+    there = [one for one in tried if one is not None]
+    most = min((_log_mean_square(fitted) for _, fitted in there), default=0.0) + np.log(ratio)
+    near, behind = list[tuple[Screened, Fitted]](), list[tuple[Screened, Fitted]]()
+    for one in there:
+        (near if _log_mean_square(one[1]) <= most else behind).append(one)
+    return near, behind
 
 
 def _gained(
@@ -162,37 +175,61 @@ def _log_mean_square(fitted: Fitted) -> float:
 
 
 def refit_rivals(hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) -> list[Hypothesis]:
-    """The same, the closest rivals of the best fit refitted from its values of the baseline.
+    """The same, refitted as `rivals_refitted`."""
+    nuisances = hypotheses[0].nuisances
+    fits = rivals_refitted([h.fitted for h in hypotheses], [h.added for h in hypotheses], nuisances)
+
+    def judged(one: tuple[Hypothesis, Fitted]) -> Hypothesis:
+        before, fitted = one
+        return before if fitted is before.fitted else with_fit(before, fitted, holdout)
+
+    return together(judged, list(zip(hypotheses, fits, strict=True)))
+
+
+def rivals_refitted(
+    fits: Sequence[Fitted], added: Sequence[Sequence[str]], nuisances: Sequence[str]
+) -> list[Fitted]:  # fmt: skip
+    """The same fits, the closest rivals of the best one refitted from its values of the baseline.
 
     Where fits end in different valleys of the baseline, what they leave says nothing about their effects: an effect
     that holds another one as its special case would seem the better one. A rival that overtakes the best gives the
     others the same chance.
+
+    Parameters
+    ----------
+    fits : sequence of Fitted
+    added : sequence of sequence of str
+        Effects of each over the baseline: they begin from their own values.
+    nuisances : sequence of str
     """
-    found, best = list(hypotheses), min(hypotheses, key=lambda h: h.fitted.cost)
-    for _ in range(OVERTAKINGS):
-        found = _refitted_from(best, found, holdout)
-        overtaking = min(found, key=lambda h: h.fitted.cost)
-        if overtaking is best:
+    found = list(fits)
+    for _ in range(OVERTAKINGS if found else 0):
+        best = min(found, key=lambda f: f.cost)
+        found = _refitted_from(best, found, added, nuisances)
+        if min(found, key=lambda f: f.cost) is best:
             break
-        best = overtaking
     return found
 
 
-def _refitted_from(best: Hypothesis, hypotheses: Sequence[Hypothesis], holdout: Sequence[FitRun]) -> list[Hypothesis]:
+def _refitted_from(
+    best: Fitted, fits: Sequence[Fitted], added: Sequence[Sequence[str]], nuisances: Sequence[str]
+) -> list[Fitted]:
     """The same, the closest rivals of one of them refitted from its values of the baseline."""
 
-    def refitted_again(one: Hypothesis) -> Hypothesis:
-        if one is best or one.fitted.cost > RIVAL_COST_RATIO * best.fitted.cost:
+    def refitted_again(numbered: tuple[Fitted, Sequence[str]]) -> Fitted:
+        one, own = numbered
+        if one is best or one.cost > RIVAL_COST_RATIO * best.cost:
             return one
-        names = {n for spec in one.added for n in one.parameters_of(spec)}
-        values = {**best.fitted.values, **{n: v for n, v in one.fitted.values.items() if n in names}}
-        per_run = {**best.fitted.per_run, **{n: v for n, v in one.fitted.per_run.items() if n in names}}
+        names = tuple(map(prefix_of, own))
+        values = {**best.values, **{n: v for n, v in one.values.items() if n.startswith(names)}}
+        per_run = {**best.per_run, **{n: v for n, v in one.per_run.items() if n.startswith(names)}}
+        start, limit = (values, per_run), PROMISING_RATIO * one.cost
         try:
-            fitted = best_refit(one.fitted, one.fitted.effects, [(values, per_run)], one.nuisances, one.fitted.released)
+            fitted = best_refit(
+                one, one.effects, [start], nuisances, one.released, scales=one.scales, at_most=limit
+            )  # fmt: skip
         except InputError:
             return one  # these values are not allowed with its effects
-        if fitted.cost >= one.fitted.cost:
-            return one
-        return with_fit(one, fitted, holdout)
+        return fitted if fitted.cost < one.cost else one
 
-    return together(refitted_again, hypotheses)
+    return together(refitted_again, list(zip(fits, added, strict=True)))

@@ -20,7 +20,6 @@ from ..fits.screening import Screened, screen
 from ..runs.drivers import drives_of
 from .baselines import Baselines
 from .floors import open_channels
-from .form import missing_after_all
 from .hypotheses import Hypothesis
 from .refits import interleaved, probe, refit_candidates, refit_rivals
 from .supported import choice_of, leading, least_of_further, log_residual, with_fewer
@@ -66,7 +65,6 @@ class Search:
             more = refit_candidates(base, screened, self.holdout, reference, starts, self.progress)
             if not more:
                 break
-            more = [missing_after_all(base, one) for one in refit_rivals(more, self.holdout)]
             found += more
             best = leading(more)
             if len(base.added) == 1:

@@ -61,7 +61,7 @@ def carried_over(fitted: Fitted, runs: Sequence[FitRun], steps: int = STEPS) -> 
     late = [run.compared_from(int(is_settling(run).sum())) for run in runs]
     # a few steps along a joint condition do not come to their end; the fit has kept it
     joint, start = replace(problem, runs=[*problem.runs, *late], kept=()), np.vstack([fitted.table, *rows])
-    gaps = joint.gaps(descent(steps).refined(joint, start) if steps else start)
+    gaps = joint.gaps(descent(steps).refined(joint, start, fitted.scales) if steps else start)
     return _carried(fitted, gaps[:count], gaps[count:])
 
 

@@ -6,6 +6,7 @@ little off. An effect is only missing if it explains what these cannot.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -118,13 +119,13 @@ def with_pooled_offsets(fitted: Fitted, nuisances: Sequence[str]) -> Fitted:
     zero = NUISANCE_SPREAD_SHARE * fitted.spread
     each = dict(zip(fitted.problem.channels, weights * np.sqrt(length) / zero, strict=True))
     task = replace(fitted.task, pooling={name: float(each[name.partition(".")[0]]) for name in names})
-    return best_refit(replace(fitted, task=task), fitted.effects, [(fitted.values, fitted.per_run)], nuisances)
+    return again_from(replace(fitted, task=task), nuisances)
 
 
 def with_free_offsets(fitted: Fitted, nuisances: Sequence[str]) -> Fitted:
     """A refit in which each run has the offset that fits it, nothing pooled."""
     loose = replace(fitted, task=replace(fitted.task, pooling={}))
-    return best_refit(loose, fitted.effects, [(fitted.values, fitted.per_run)], nuisances, fitted.released)
+    return again_from(loose, nuisances)
 
 
 def begun_with(
@@ -148,8 +149,8 @@ def begun_with(
         As for `refit`.
     """
     base, effects, places, nuisances, released = _with_added_effect(base, screened, nuisances, second_start, starts)
-    way = partial(first_steps, steps=steps, scales=scales)
-    return _no_worse(base, effects, places, screened, nuisances, released, way)
+    way = partial(first_steps, steps=steps)
+    return _no_worse(base, effects, places, screened, nuisances, released, way, scales)
 
 
 def refit_with(
@@ -169,14 +170,15 @@ def refit_with(
         the way may end in another valley.
     """
     base, effects, places, nuisances, released = _with_added_effect(base, screened, nuisances, second_start, starts)
+    scales = None
     if begun is not None and len(places) > 1:
-        places = [(begun.values, begun.per_run)]
-    return _no_worse(base, effects, places, screened, nuisances, released, partial(best_refit, steps=steps))
+        places, scales = [(begun.values, begun.per_run)], begun.scales
+    return _no_worse(base, effects, places, screened, nuisances, released, partial(best_refit, steps=steps), scales)
 
 
 def _no_worse(
     base: Fitted, effects: Sequence[str], places: Sequence[Place], screened: Screened,
-    nuisances: Sequence[str], released: Sequence[str], way: Callable[..., Fitted],
+    nuisances: Sequence[str], released: Sequence[str], way: Callable[..., Fitted], scales: Mapping[str, float] | None,
 ) -> Fitted:  # fmt: skip
     """A refit with one more effect, from where that does a little beside the values of the model if it ends worse.
 
@@ -184,7 +186,7 @@ def _no_worse(
     """
     found: Fitted | None = None
     with suppress(InputError):  # values of the linear step that the chain does not allow
-        found = way(base, effects, places, nuisances, released)
+        found = way(base, effects, places, nuisances, released, scales=scales)
     if found is not None and found.cost <= base.cost:
         return found
     sizes = {public(screened.attached, name) for name in sizes_of(screened.attached.module)}
@@ -244,8 +246,10 @@ def refit_without(
         Nuisance effects of which only what was released goes.
     """
     effects = [e for e in fitted.effects if e != spec or e in kept]
+    scales = fitted.scales if start is None else None
     start = start or (fitted.values, fitted.per_run)
-    return best_refit(fitted, effects, [start], nuisances, released=[e for e in fitted.released if e != spec])
+    released = [e for e in fitted.released if e != spec]
+    return best_refit(fitted, effects, [start], nuisances, released, scales=scales)
 
 
 def other_starts(fitted: Fitted, replaced: Place) -> list[Place]:
@@ -257,9 +261,16 @@ def other_starts(fitted: Fitted, replaced: Place) -> list[Place]:
     return [({**fitted.values, **given}, {}), replaced]
 
 
+def again_from(fitted: Fitted, nuisances: Sequence[str], steps: int = STEPS) -> Fitted:
+    """A refit of the same effects from the values of a fit, for a task that may be another."""
+    start = (fitted.values, fitted.per_run)
+    return best_refit(fitted, fitted.effects, [start], nuisances, fitted.released, steps, fitted.scales)
+
+
 def best_refit(
     base: Fitted, effects: Sequence[str], starts: Sequence[Place], nuisances: Sequence[str],
-    released: Sequence[str] = (), steps: int = STEPS,
+    released: Sequence[str] = (), steps: int = STEPS, scales: Mapping[str, float] | None = None,
+    at_most: float = math.inf,
 ) -> Fitted:  # fmt: skip
     """A refit from the best of several starts.
 
@@ -276,11 +287,15 @@ def best_refit(
         Freedoms whose drift varies.
     steps : int
         Of a refit, at most.
+    scales : mapping of str to float, optional
+        As for `refit`.
+    at_most : float
+        As for `refit`.
     """
     if len(starts) > 1:
-        begun = first_steps(base, effects, starts, nuisances, released)
-        starts = [(begun.values, begun.per_run)]
-    return _best_refit_from(base.task, effects, starts, nuisances, released, steps)
+        begun = first_steps(base, effects, starts, nuisances, released, scales=scales)
+        starts, scales = [(begun.values, begun.per_run)], begun.scales
+    return _best_refit_from(base.task, effects, starts, nuisances, released, steps, scales, at_most)
 
 
 def first_steps(
@@ -304,7 +319,7 @@ def first_steps(
 
 def _best_refit_from(
     task: Task, effects: Sequence[str], starts: Sequence[Place], nuisances: Sequence[str], released: Sequence[str],
-    steps: int, scales: Mapping[str, float] | None = None,
+    steps: int, scales: Mapping[str, float] | None = None, at_most: float = math.inf,
 ) -> Fitted:  # fmt: skip
     """The best refit of those from each start."""
     per_run, fixed = offsets(task, effects, nuisances, released)
@@ -314,6 +329,7 @@ def _best_refit_from(
         "released": released,
         "steps": steps,
         "scales": scales,
+        "at_most": at_most,
     }
     found: list[Fitted] = []
     for values, per_run_start in starts:

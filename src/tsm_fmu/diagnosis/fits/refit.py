@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -47,6 +48,9 @@ class Fitted:
         Values found.
     released : tuple of str
         Nuisance effects whose drift varies too; see `nuisance`.
+    scales : mapping of str to float
+        Change of each free parameter, by field, that moves the channels by a standard deviation where the refit began;
+        a refit from values near by need not look for them again. Empty where nothing was refitted.
     """
 
     task: Task
@@ -54,6 +58,7 @@ class Fitted:
     problem: Problem
     table: FloatArray
     released: tuple[str, ...] = ()
+    scales: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def model(self) -> str:
@@ -99,11 +104,6 @@ class Fitted:
         """Independent samples that the residual of each channel is worth."""
         return effective_samples(self.residuals)
 
-    @cached_property
-    def scales(self) -> dict[str, float]:
-        """Change of each free parameter, by field, that moves the channels by a standard deviation."""
-        return sensitivity_scales(self.problem.starting_at(self.table))
-
     @property
     def values(self) -> dict[str, float]:
         """Parameters by public name, the mean over the runs where each has its own."""
@@ -123,20 +123,19 @@ class Fitted:
 
     def at(self, runs: Sequence[FitRun]) -> Fitted:
         """A copy with the values found, on the same runs at another sampling."""
-        return Fitted(self.task, self.effects, self.problem.with_runs(list(runs)), self.table, self.released)
+        return replace(self, problem=self.problem.with_runs(list(runs)))
 
     def on(self, runs: Sequence[FitRun]) -> Fitted:
         """A copy with the values found, on runs that were not fitted."""
         table = np.array([self.settled(run) for run in runs])
-        return Fitted(self.task, self.effects, self.problem.with_runs(list(runs)), table, self.released)
+        return replace(self, problem=self.problem.with_runs(list(runs)), table=table)
 
     def refined(self) -> Fitted:
         """A copy at the minimum near by: a refit among many may stop some way before it.
 
         The same where that is worth less than gaps are compared to: what the runs leave open would only wander.
         """
-        table = descent(REFINED_STEPS, REFINED_CHANGE).refined(self.problem, self.table)
-        found = Fitted(self.task, self.effects, self.problem, table, self.released)
+        found = replace(self, table=descent(REFINED_STEPS, REFINED_CHANGE).refined(self.problem, self.table))
         return found if found.cost < (1.0 - REFINED_GAIN) * self.cost else self
 
     def holding(self, more: Callable[[], Sequence[FitRun]], whole: Sequence[FitRun]) -> Fitted:
@@ -187,7 +186,7 @@ class Fitted:
         table = self.table.copy()
         for name, value in values.items():
             table[:, self.problem.fields.index(name)] = value
-        return Fitted(self.task, self.effects, self.problem, table, self.released)
+        return replace(self, table=table)
 
 
 def effective_samples(residuals: Sequence[FloatArray]) -> FloatArray:
@@ -270,6 +269,7 @@ def refit(
     task: Task, effects: Sequence[str], values: Mapping[str, float], *,
     per_run_values: Mapping[str, FloatArray] | None = None, fixed: Sequence[str] = (), per_run: Sequence[str] = (),
     steps: int = STEPS, released: Sequence[str] = (), scales: Mapping[str, float] | None = None,
+    at_most: float = math.inf,
 ) -> Fitted:  # fmt: skip
     """Fit a model with effects from given values; the result is never worse than the start.
 
@@ -290,7 +290,9 @@ def refit(
     released : sequence of str
         Kept with the result.
     scales : mapping of str to float, optional
-        `Fitted.scales` of a fit with other effects and values near by: they are not looked for again.
+        `Fitted.scales` of a fit with values near by: they are not looked for again.
+    at_most : float
+        Cost that is of use: given up where a few steps do not lead near it.
     """
     kernel = task.kernel(effects)
     known = {v.name for v in kernel.parameters}
@@ -321,8 +323,8 @@ def refit(
     problem = problem.over(problem.space.fixing(forgotten))
     columns = [problem.fields.index(f) for f in forgotten]
     start[:, columns] = np.median(start[:, columns], axis=0)  # no run's own any more: a card has one value
-    table = descent(steps).refined(problem, start, sensitivities)
-    return Fitted(task, tuple(effects), problem, table, tuple(released))
+    table = descent(steps, at_most=at_most).refined(problem, start, sensitivities)
+    return Fitted(task, tuple(effects), problem, table, tuple(released), sensitivities)
 
 
 def as_given(task: Task, effects: Sequence[str]) -> Fitted:
@@ -344,12 +346,12 @@ def as_given(task: Task, effects: Sequence[str]) -> Fitted:
     return Fitted(task, tuple(effects), problem, descent(STEPS).refined(problem, start))
 
 
-def descent(steps: int, change: float = 1e-4) -> Descent:
+def descent(steps: int, change: float = 1e-4, at_most: float = math.inf) -> Descent:
     """How refits descend.
 
     A refit ends when a step changes the sum of squares by 1e-4: gaps are compared to a hundredth.
     """
-    return Descent(change, 1e-6, 1e-8, steps, 1e-5)
+    return Descent(change, 1e-6, 1e-8, steps, 1e-5, at_most)
 
 
 def _per_run(kernel: Kernel, task: Task) -> tuple[str, ...]:
