@@ -12,7 +12,7 @@ import pytest
 
 from tsm_fmu.diagnosis.choice import hypotheses as module
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, find_significant_nuisances, hypothesis, with_fit
-from tsm_fmu.diagnosis.choice.refits import probe, refit_candidates, refit_rivals
+from tsm_fmu.diagnosis.choice.refits import probe, refit_candidates, refit_rivals, with_the_simplest
 from tsm_fmu.diagnosis.choice.supported import with_fewer
 from tsm_fmu.diagnosis.criteria import RIVAL_COST_RATIO
 from tsm_fmu.diagnosis.fits import refit as refit_module
@@ -249,3 +249,18 @@ def test_what_reference_runs_do_without_is_missing_where_held_out_runs_are_as_go
         held_out=None if held_out is None else held_out * (fitted.rmse / 0.1) ** 2,
     )  # fmt: skip
     assert one.effects == ((spec,) if missing else ())
+
+
+@pytest.mark.parametrize(
+    ("last", "taken"), [(("wear", "inertia", "coulomb"), "inertia"), (("wear", "thermal"), "wear")]
+)
+def test_the_last_place_is_that_of_the_best_effect_of_one_parameter(last: tuple[str, ...], taken: str) -> None:
+    """Where one is left: one linear step favours laws of many parameters."""
+    specs = ("creep", "friction_lag", "stribeck", *last)
+    gains = np.linspace(1.0, 0.1, len(specs)).tolist()
+    listed = [Screened(attach(kernel("LuGreFriction"), s), g, [], {}) for s, g in zip(specs, gains, strict=True)]
+    found = [s.attached.spec for s in with_the_simplest(listed, 4)]
+    assert found == ["creep", "friction_lag", "stribeck", taken]
+    assert with_the_simplest(listed, len(listed)) == listed
+    idle = [replace(s, gain=0.0) for s in listed]
+    assert with_the_simplest(idle, 4) == []

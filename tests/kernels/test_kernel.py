@@ -11,7 +11,7 @@ import pytest
 from tsm_fmu import InputError
 from tsm_fmu.kernels.kernel import Kernel, kernel
 from tsm_fmu.models import MODELS
-from tsm_fmu.models.contract import Quantity
+from tsm_fmu.models.contract import Quantity, flat
 
 BACKLASH = kernel("PairedTsmBacklash")
 
@@ -186,3 +186,23 @@ def test_parameters_and_states_may_be_tuples(counter, compiled) -> None:
 def test_a_condition_lost_while_running_is_one_line(counter, compiled) -> None:
     with pytest.raises(InputError, match=r"^Counter stopped: x left its range -- expected at most limit -- raise"):
         counter.simulate(Params(0.5), np.arange(5.0), np.ones((5, 1)), compiled=compiled)
+
+
+@pytest.mark.parametrize("model", ["LuGreFriction", "PairedTsmBacklash", "SingleTsmBoucWen"])
+def test_of_many_sets_of_values_those_are_allowed_that_params_takes(model: str) -> None:
+    """At bounds that belong to their range and at those that do not, beyond, no numbers, and joint conditions."""
+    one, rng, values = kernel(model), np.random.default_rng(31), []
+    names = [v.name for v in one.parameters if v.kind is float]
+    for name in names:
+        lo, hi = one.by_name[name].quantity.lo, one.by_name[name].quantity.hi
+        for value in (lo, hi, lo - 0.013, hi + 0.013, math.nan, 1.7 * one.by_name[name].start + 0.003):
+            values.append({n: one.by_name[n].start * float(rng.uniform(0.3, 3.1)) for n in names} | {name: value})
+    expected = []
+    for number, some in enumerate(values):
+        with contextlib.suppress(InputError):
+            expected.append((number, flat(one.params(None, some))))
+    table, numbers = one.allowed(values)
+    assert numbers == [number for number, _ in expected]
+    assert 0 < len(numbers) < len(values)
+    assert table.tolist() == [list(map(float, p)) for _, p in expected]
+    assert one.allowed([])[1] == []

@@ -211,7 +211,8 @@ MOST_EFFECTS = 3
 """Effects in a hypothesis, and in an answer: with more, almost any gap can be closed."""
 
 REFITTED_CANDIDATES = 8
-"""Candidates refitted, of those that one linear step ranks best; the right one is hardly ever further down."""
+"""Candidates refitted, of those that one linear step ranks best, the last of them the best that is left with a single
+parameter: it may be ranked behind laws that bend to anything."""
 
 CONTENDING_RATIO = 2.0
 """Of these, those are refitted to the end that after the first steps leave at most this many times the mean square that

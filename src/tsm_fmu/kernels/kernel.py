@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from types import FunctionType, ModuleType
 from typing import Any
 
@@ -28,7 +28,7 @@ from ..models.contract import (
     sizes,
     variables,
 )
-from .arrays import FloatArray
+from .arrays import BoolArray, FloatArray
 from .compiled_cache import folder, kept, own, written
 
 INLINED = 10_000
@@ -126,6 +126,29 @@ class Kernel:
         p = packed(self.module.Params, list(numbers.values()))
         self.check(p)
         return p
+
+    def allowed(self, values: Sequence[Mapping[str, float]]) -> tuple[FloatArray, list[int]]:
+        """Parameters changed by several sets of values that `params` takes, and the numbers of these sets.
+
+        Parameters
+        ----------
+        values : sequence of mapping of str to float
+            Sets of values by public name, numbers that are floats, each of the same names.
+
+        Returns
+        -------
+        table : ndarray, shape (sets that are allowed, parameters)
+        numbers : list of int
+        """
+        table = np.tile([float(v.start) for v in self.parameters], (len(values), 1))
+        for j, v in enumerate(self.parameters):
+            if values and v.name in values[0]:
+                table[:, j] = [one[v.name] for one in values]
+        good = _within_bounds(self.parameters, table)
+        for i in np.flatnonzero(good) if self.conditions else ():
+            p = packed(self.module.Params, [v.kind(x) for v, x in zip(self.parameters, table[i], strict=True)])
+            good[i] = all(condition.met(p) for condition in self.conditions)
+        return table[good], np.flatnonzero(good).tolist()
 
     def named(self, p: Any) -> dict[str, float]:
         """Values of parameters by public name, SI."""
@@ -245,7 +268,18 @@ def compiled_loops(module: ModuleType) -> Any:
 def is_kept(module: ModuleType) -> bool:
     """Whether the loops of a kernel are compiled already, by another process."""
     place = folder()
-    return bool(place and any(place.glob(f"*/{_loops_name(module)}.run-*.nbi")))
+    if place is None:
+        return False
+    with os.scandir(place) as entries:
+        folders = [(entry.path, entry.stat().st_mtime_ns) for entry in entries if entry.is_dir()]
+    return any(_loops_name(module) in _compiled_in(*one) for one in folders)
+
+
+@lru_cache
+def _compiled_in(path: str, changed: int) -> frozenset[str]:
+    """Names of what is compiled in a folder that was changed at a time: thousands of files, asked for at every call."""
+    del changed
+    return frozenset(name.partition(".run-")[0] for name in os.listdir(path) if name.endswith(".nbi"))
 
 
 def _loops_name(module: ModuleType) -> str:
@@ -340,6 +374,16 @@ def _number(variable: Variable, value: Any) -> float:
             f"parameter {variable.name} = {value!r} -- expected {kind} [{variable.quantity.unit}] -- correct it"
         )
     return variable.kind(number)
+
+
+def _within_bounds(declared: Sequence[Variable], table: FloatArray) -> BoolArray:
+    """Which rows of a table of values `check_bounds` lets pass."""
+    good = np.ones(len(table), dtype=bool)
+    for v, column in zip(declared, table.T, strict=True):
+        above = column > v.quantity.lo if v.quantity.open_lo else column >= v.quantity.lo
+        below = column < v.quantity.hi if v.quantity.open_hi else column <= v.quantity.hi
+        good &= np.isfinite(column) & above & below
+    return good
 
 
 @cache

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from ...effects import prefix_of
+from ...effects import prefix_of, shapes_of, sizes_of
 from ...kernels.arrays import FloatArray
 from ...models.contract import InputError
 from ...regression.problem import FitRun
@@ -51,6 +51,18 @@ def shortlist(screened: Sequence[Screened], most: int = REFITTED_CANDIDATES) -> 
             taken[name] = taken.get(name, 0) + 1
             found.append(s)
     return found[:most]
+
+
+def with_the_simplest(screened: Sequence[Screened], most: int) -> list[Screened]:
+    """`shortlist`, its last place that of the best effect of a single parameter that is not before it.
+
+    One linear step favours laws of many parameters, which bend to anything: what they leave counts against them only
+    after the refit.
+    """
+    ranked = shortlist(screened, len(screened))
+    kept, others = ranked[: most - 1], ranked[most - 1 :]
+    simplest = [s for s in others if len(sizes_of(s.attached.module)) + len(shapes_of(s.attached.module)) == 1]
+    return [*kept, *(simplest or others)[:1]]
 
 
 def interleaved(one: Sequence[Screened], other: Sequence[Screened]) -> list[Screened]:
@@ -131,7 +143,7 @@ def refit_candidates(
         found = hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain, steps)
         return beside(base, s.attached.spec, found)
 
-    listed, far = shortlist(screened, most), list[tuple[Screened, Fitted]]()
+    listed, far = with_the_simplest(screened, most), list[tuple[Screened, Fitted]]()
     if sum(run.time.size for run in base.fitted.problem.runs) > LONG_ROWS:
         a_little = partial(begun, steps=EARLY_STEPS, scales=base.fitted.scales)
         near, far = _near_the_best(together(a_little, listed), EARLY_RATIO)

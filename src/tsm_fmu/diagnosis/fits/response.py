@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from itertools import pairwise, product
 from types import ModuleType
 
@@ -17,7 +16,7 @@ from ...kernels.attached import Attached
 from ...kernels.chain import ModelPart, model_part
 from ...kernels.kernel import Kernel, kernel
 from ...kernels.serving import filling
-from ...models.contract import InputError, flat
+from ...models.contract import flat
 from ...regression.sensitivity import output_jacobian
 from ..criteria import SHAPE_RANGE_RATIO
 from ..runs.motion_signals import Coordinates, coordinates_of, load_channel
@@ -224,11 +223,7 @@ class Acting:
 
     def responses_to(self, values: Sequence[Mapping[str, float]]) -> FloatArray:
         """Change of all channels by the effect, weighted, at several sets of its values, shape (sets, n)."""
-        table, used = [], []
-        for i, one in enumerate(values):
-            with suppress(InputError):  # values that the effect refuses: no response
-                table.append(flat(self.effect.params(None, one)))
-                used.append(i)
+        table, used = self.effect.allowed(values)  # to values that the effect refuses: no response
         found = np.zeros((len(values), sum(rows.size for rows in self.responses.rows) * len(self.responses.weights)))
         if self.held:
             for i, row in zip(used, table, strict=True):
@@ -236,10 +231,9 @@ class Acting:
             return found
         at_once = max(1, SIMULATED_ROWS // self.time.size)
         if len(values) == len(used) <= at_once:
-            return self._changes(self._after(np.array(table, dtype=float)))
+            return self._changes(self._after(table))
         for first in range(0, len(used), at_once):
-            part = np.array(table[first : first + at_once], dtype=float)
-            found[used[first : first + at_once]] = self._changes(self._after(part))
+            found[used[first : first + at_once]] = self._changes(self._after(table[first : first + at_once]))
         return found
 
     def _after(self, table: FloatArray) -> FloatArray:

@@ -36,6 +36,8 @@ SWEEPS = 3
 """Times, at most, that the states at the start of all runs are gone through for better ones."""
 NO_GAIN = 1e-2
 """Log of the mean square that a change of these is worth at least: a size may do the same."""
+STARTS = 8
+"""Of the shapes that are tried, the best that a refit may begin from."""
 CLOSER, CLOSER_DRAWS, CLOSER_REACH = 2, 16, (0.1, 0.04, 0.015)
 """Of an effect with many shapes to begin from, so many of the best are improved by draws around them, at these
 distances as parts of the range."""
@@ -97,14 +99,14 @@ class _Explained(NamedTuple):
 class _Tried(NamedTuple):
     """One shape of a candidate: its gain, the quantiles of its shape parameters, and all of its values.
 
-    Where it has states at the start of a run, ``place`` holds the best ones of each run, and ``alike`` is what it gains
+    Where it has states at the start of a run, ``place`` gives the best ones of each run, and ``alike`` is what it gains
     and where it is with the first one that is tried in all of them.
     """
 
     gain: float
     at: FloatArray
-    place: Place
-    alike: tuple[float, Place]
+    place: Callable[[], Place]
+    alike: tuple[float, Callable[[], Place]]
 
 
 def _same(one: Place, other: Place) -> bool:
@@ -136,9 +138,10 @@ class _Bench:
         found = sorted(tried(quantiles(module)), key=lambda one: -one.gain)
         if any(shape.tries for shape in shapes_of(module).values()):
             found = sorted([*(_closer(one, tried) for one in found[:CLOSER]), *found], key=lambda one: -one.gain)
-        starts = [one.place for one in found]
+        starts = [one.place() for one in found[:STARTS]]
         if starts_of(module):  # from the best states a descent may end in another valley
-            alike = [place for _, place in sorted((one.alike for one in found), key=lambda one: -one[0])]
+            alike = sorted((one.alike for one in found), key=lambda one: -one[0])[:STARTS]
+            alike = [place() for _, place in alike]
             starts = [place for both in zip(starts, alike, strict=True) for place in both]
             starts = [one for k, one in enumerate(starts) if not any(_same(one, other) for other in starts[:k])]
         return Screened(attached, found[0].gain, starts, self.responses.limits(acting))
@@ -169,8 +172,8 @@ class _Bench:
                     for i in range(len(states))
                 ]
                 alike, best = in_all[0], self._in_states(in_all, by_state[k], signed)
-                place = placed(best, shape, step)
-                found.append(_Tried(best.gain, one, place, (alike.gain, placed(alike, shape, step))))
+                there = partial(placed, best, shape, step), partial(placed, alike, shape, step)
+                found.append(_Tried(best.gain, one, there[0], (alike.gain, there[1])))
         return found
 
     def _in_states(self, every: Sequence[_Explained], responses: FloatArray, signed: BoolArray) -> _Explained:
