@@ -27,6 +27,7 @@ ESTIMATOR = chain(
         "creep@x_out",
         "slack@x_out",
         "stiffness_hardening@x_out",
+        "load_dependence@x_out",
     ),
 )
 START = {
@@ -48,6 +49,7 @@ START = {
     "x_out.slack.F_0": 0.01,
     "x_out.stiffness_hardening.k_3": 0.0,
     "x_out.stiffness_hardening.x_c": 0.5,
+    "x_out.load_dependence.k": 0.0,
 }
 """The fitted parameters and where they start: round numbers, the same for every split."""
 THINNED_HELD = 2
