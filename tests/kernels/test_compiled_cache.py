@@ -17,6 +17,8 @@ import pytest
 import tsm_fmu
 from tsm_fmu import models
 from tsm_fmu.kernels import compiled_cache
+from tsm_fmu.kernels import kernel as kernel_module
+from tsm_fmu.kernels.kernel import is_kept, kernel
 
 PROGRAM = """
 import numpy as np
@@ -185,3 +187,20 @@ def test_threads_tell_importlib_one_after_the_other_to_look_again(tmp_path: Path
     for one in found:
         del sys.modules[one.__name__]
         Path(str(one.__file__)).unlink()
+
+
+def test_loops_that_another_process_compiles_are_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    one, other = kernel("PairedTsmBacklash").module, kernel("DcMotor").module
+    monkeypatch.setattr(kernel_module, "folder", lambda: tmp_path)
+    (tmp_path / "loop_paired_tsm_backlash.py").write_text("")
+    (tmp_path / "a").mkdir()
+    looked_for = is_kept.__wrapped__  # each process asks once
+    assert not looked_for(one)
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "loop_paired_tsm_backlash.run-2.py311.nbi").write_bytes(b"")
+    assert looked_for(one)
+    assert not looked_for(other)
+    (tmp_path / "b" / "loop_dc_motor.run-2.py311.1.nbc").write_bytes(b"")  # not its index yet
+    assert not looked_for(other)
+    monkeypatch.setattr(kernel_module, "folder", lambda: None)
+    assert not looked_for(one)

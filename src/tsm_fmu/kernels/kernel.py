@@ -277,7 +277,7 @@ def is_kept(module: ModuleType) -> bool:
 
 @lru_cache
 def _compiled_in(path: str, changed: int) -> frozenset[str]:
-    """Names of what is compiled in a folder that was changed at a time: thousands of files, asked for at every call."""
+    """Names of what is compiled in a folder that was changed at a time: thousands of files, and each chain asks."""
     del changed
     return frozenset(name.partition(".run-")[0] for name in os.listdir(path) if name.endswith(".nbi"))
 
