@@ -228,8 +228,8 @@ def _refitted_from(
 ) -> list[Fitted]:
     """The same, the closest rivals of one of them refitted from its values of the baseline."""
 
-    def refitted_again(numbered: tuple[Fitted, Sequence[str]]) -> Fitted:
-        one, own = numbered
+    def refitted_again(fit: tuple[Fitted, Sequence[str]]) -> Fitted:
+        one, own = fit
         if one is best or one.cost > RIVAL_COST_RATIO * best.cost:
             return one
         names = tuple(map(prefix_of, own))

@@ -261,10 +261,10 @@ def other_starts(fitted: Fitted, replaced: Place) -> list[Place]:
     return [({**fitted.values, **given}, {}), replaced]
 
 
-def again_from(fitted: Fitted, nuisances: Sequence[str], steps: int = STEPS) -> Fitted:
+def again_from(fitted: Fitted, nuisances: Sequence[str]) -> Fitted:
     """A refit of the same effects from the values of a fit, for a task that may be another."""
     start = (fitted.values, fitted.per_run)
-    return best_refit(fitted, fitted.effects, [start], nuisances, fitted.released, steps, fitted.scales)
+    return best_refit(fitted, fitted.effects, [start], nuisances, fitted.released, scales=fitted.scales)
 
 
 def best_refit(
