@@ -106,3 +106,19 @@ def test_an_effect_is_there_that_alone_predicts_runs_it_was_not_fitted_to(
     assert _far_ahead(Choice(one, (one,)), [plain, one, other], None).tolist() == [ahead]
     if alike:  # a set
         assert _far_ahead(Choice(one, (one, other)), [plain, one, other], None).tolist() == [True]
+
+
+@pytest.mark.parametrize(
+    ("second", "share", "ahead"),
+    [
+        ("thermal", 0.69, False),  # two laws of time, and much less is left: any law of it
+        ("thermal", 0.72, True),  # not that much
+        ("stribeck", 0.5, True),  # one of the speed beside it is no law of the same
+    ],
+)
+def test_a_law_that_another_one_of_the_same_coordinate_mends_is_not_ahead(
+    second: str, share: float, ahead: bool
+) -> None:
+    plain, one = made("", 0.12, 0.12), made("wear", 0.06, 0.07)
+    both, other = made(f"wear {second}", 0.06 * share, 0.069), made("inertia", 0.119, 0.119)
+    assert _far_ahead(Choice(one, (one,)), [plain, one, both, other], None).tolist() == [ahead]

@@ -118,7 +118,8 @@ def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: 
     supported but what hides behind it, and without these twice as much is left at least: its law is not quite that of
     the rig then, or the form of the model is what all candidates leave. Or it predicts most of the gap of runs that it
     was not fitted to, which no such form does.
-    Of several effects each would have such a lead: a sum of laws bends to the form.
+    Of several effects each would have such a lead: a sum of laws bends to the form. Nor is it one where a sum with
+    another law of the same coordinate leaves half as much: such a sum is any law of it, and the rig's is none of both.
     """
     one, plain = choice.winner, hypotheses[0]
     nowhere = np.zeros(one.measured.size, bool)
@@ -130,13 +131,24 @@ def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: 
         return (left - floor < (1.0 - share) * np.maximum(gap - floor, 0.0)) & (gap > floor)
 
     specs = {spec for h in choice.supported for spec in h.effects}
-    if not _leads(one, hypotheses, specs):
+    if not _leads(one, hypotheses, specs) or _bends_to_any_law(one, hypotheses):
         return nowhere
     found = closed(one.held_out, plain.held_out, EXPLAINED_SHARE) & (plain.measured - one.measured > least)
     if all(spec in one.effects or looks_like(spec, one.effects) for spec in specs):
         carries_over = plain.held_out - one.held_out > NOTABLE_RATIO * one.held_out
         found |= closed(one.measured, plain.measured, LEADING_SHARE) & carries_over
     return one.acts & found
+
+
+def _bends_to_any_law(one: Hypothesis, hypotheses: Sequence[Hypothesis]) -> bool:
+    """Whether with one more law of the position, or of time, at its place an effect leaves half as much."""
+
+    def much_less(h: Hypothesis) -> bool:
+        return bool((h.measured < MUCH_LESS_RATIO * one.measured)[one.acts].any())
+
+    return any(
+        set(one.added) < set(h.added) and _any_law_of_a_coordinate(h.added) and much_less(h) for h in hypotheses
+    )  # fmt: skip
 
 
 def _leads(one: Hypothesis, hypotheses: Sequence[Hypothesis], specs: Collection[str]) -> bool:
