@@ -149,8 +149,8 @@ def begun_with(
         As for `refit`.
     """
     base, effects, places, nuisances, released = _with_added_effect(base, screened, nuisances, second_start, starts)
-    way = partial(first_steps, steps=steps)
-    return _no_worse(base, effects, places, screened, nuisances, released, way, scales)
+    way = partial(first_steps, steps=steps, scales=scales)
+    return _no_worse(base, effects, places, screened, nuisances, released, way)
 
 
 def refit_with(
@@ -170,15 +170,14 @@ def refit_with(
         the way may end in another valley.
     """
     base, effects, places, nuisances, released = _with_added_effect(base, screened, nuisances, second_start, starts)
-    scales = None
     if begun is not None and len(places) > 1:
-        places, scales = [(begun.values, begun.per_run)], begun.scales
-    return _no_worse(base, effects, places, screened, nuisances, released, partial(best_refit, steps=steps), scales)
+        places = [(begun.values, begun.per_run)]
+    return _no_worse(base, effects, places, screened, nuisances, released, partial(best_refit, steps=steps))
 
 
 def _no_worse(
     base: Fitted, effects: Sequence[str], places: Sequence[Place], screened: Screened,
-    nuisances: Sequence[str], released: Sequence[str], way: Callable[..., Fitted], scales: Mapping[str, float] | None,
+    nuisances: Sequence[str], released: Sequence[str], way: Callable[..., Fitted],
 ) -> Fitted:  # fmt: skip
     """A refit with one more effect, from where that does a little beside the values of the model if it ends worse.
 
@@ -186,7 +185,7 @@ def _no_worse(
     """
     found: Fitted | None = None
     with suppress(InputError):  # values of the linear step that the chain does not allow
-        found = way(base, effects, places, nuisances, released, scales=scales)
+        found = way(base, effects, places, nuisances, released)
     if found is not None and found.cost <= base.cost:
         return found
     sizes = {public(screened.attached, name) for name in sizes_of(screened.attached.module)}
@@ -293,8 +292,8 @@ def best_refit(
         As for `refit`.
     """
     if len(starts) > 1:
-        begun = first_steps(base, effects, starts, nuisances, released, scales=scales)
-        starts, scales = [(begun.values, begun.per_run)], begun.scales
+        begun = first_steps(base, effects, starts, nuisances, released)
+        starts, scales = [(begun.values, begun.per_run)], None  # where the first steps end may be far
     return _best_refit_from(base.task, effects, starts, nuisances, released, steps, scales, at_most)
 
 
