@@ -206,3 +206,5 @@ def test_of_many_sets_of_values_those_are_allowed_that_params_takes(model: str) 
     assert 0 < len(numbers) < len(values)
     assert table.tolist() == [list(map(float, p)) for _, p in expected]
     assert one.allowed([])[1] == []
+    with pytest.raises(InputError, match=rf"^parameter 'nu' of {model} -- expected one of "):
+        one.allowed([{"nu": 1.0}])

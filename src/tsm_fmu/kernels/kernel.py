@@ -28,7 +28,7 @@ from ..models.contract import (
     sizes,
     variables,
 )
-from .arrays import BoolArray, FloatArray
+from .arrays import FloatArray
 from .compiled_cache import folder, kept, own, written
 
 INLINED = 10_000
@@ -115,14 +115,9 @@ class Kernel:
                     "-- see 'tsm-fmu list'"
                 )
             values = {**self.presets[preset].si, **(values or {})}
-        by_name = self.by_name
-        numbers = {name: v.start for name, v in by_name.items()}
+        numbers = {name: v.start for name, v in self.by_name.items()}
         for name, value in (values or {}).items():
-            if name not in by_name:
-                raise InputError(
-                    f"parameter {name!r} of {self.name} -- expected one of {', '.join(by_name)} -- see 'tsm-fmu list'"
-                )
-            numbers[name] = _number(by_name[name], value)
+            numbers[name] = _number(self._declared(name), value)
         p = packed(self.module.Params, list(numbers.values()))
         self.check(p)
         return p
@@ -139,16 +134,45 @@ class Kernel:
         -------
         table : ndarray, shape (sets that are allowed, parameters)
         numbers : list of int
+
+        Raises
+        ------
+        InputError
+            Unknown name.
         """
         table = np.tile([float(v.start) for v in self.parameters], (len(values), 1))
-        for j, v in enumerate(self.parameters):
-            if values and v.name in values[0]:
-                table[:, j] = [one[v.name] for one in values]
-        good = _within_bounds(self.parameters, table)
-        for i in np.flatnonzero(good) if self.conditions else ():
-            p = packed(self.module.Params, [v.kind(x) for v, x in zip(self.parameters, table[i], strict=True)])
-            good[i] = all(condition.met(p) for condition in self.conditions)
-        return table[good], np.flatnonzero(good).tolist()
+        for name in values[0] if values else ():
+            table[:, self.parameters.index(self._declared(name))] = [one[name] for one in values]
+        low, high = self.ends
+        within = np.flatnonzero(((low <= table) & (table <= high)).all(axis=1)).tolist()
+        numbers = [i for i in within if all(condition.met(self.of_row(table[i])) for condition in self.conditions)]
+        return table[numbers], numbers
+
+    def _declared(self, name: str) -> Variable:
+        if name not in self.by_name:
+            raise InputError(
+                f"parameter {name!r} of {self.name} -- expected one of {', '.join(self.by_name)} -- see 'tsm-fmu list'"
+            )
+        return self.by_name[name]
+
+    @cached_property
+    def ends(self) -> tuple[FloatArray, FloatArray]:
+        """Least and largest allowed value of each parameter; finite, and inside of a bound that is not allowed."""
+        quantities = [v.quantity for v in self.parameters]
+        low = [np.nextafter(q.lo, np.inf) if q.open_lo or np.isinf(q.lo) else q.lo for q in quantities]
+        high = [np.nextafter(q.hi, -np.inf) if q.open_hi or np.isinf(q.hi) else q.hi for q in quantities]
+        return np.array(low), np.array(high)
+
+    def of_row(self, row: FloatArray) -> Any:
+        """The kernel's named tuple of one row of a table of parameters, integers as integers."""
+        values = row.tolist()
+        for j in self._whole:
+            values[j] = int(values[j])
+        return packed(self.module.Params, values)
+
+    @cached_property
+    def _whole(self) -> list[int]:
+        return [j for j, v in enumerate(self.parameters) if v.kind is int]
 
     def named(self, p: Any) -> dict[str, float]:
         """Values of parameters by public name, SI."""
@@ -374,16 +398,6 @@ def _number(variable: Variable, value: Any) -> float:
             f"parameter {variable.name} = {value!r} -- expected {kind} [{variable.quantity.unit}] -- correct it"
         )
     return variable.kind(number)
-
-
-def _within_bounds(declared: Sequence[Variable], table: FloatArray) -> BoolArray:
-    """Which rows of a table of values `check_bounds` lets pass."""
-    good = np.ones(len(table), dtype=bool)
-    for v, column in zip(declared, table.T, strict=True):
-        above = column > v.quantity.lo if v.quantity.open_lo else column >= v.quantity.lo
-        below = column < v.quantity.hi if v.quantity.open_hi else column <= v.quantity.hi
-        good &= np.isfinite(column) & above & below
-    return good
 
 
 @cache

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..kernels.arrays import FloatArray
 from ..kernels.kernel import Kernel
 from ..kernels.serving import filling
-from ..models.contract import Condition, Variable, packed
+from ..models.contract import Condition, Variable
 from .search_space import SearchSpace
 from .slow_zero import SlowZero
 from .threads import on_shared_threads
@@ -251,29 +251,14 @@ class Problem:
 
     def params(self, row: FloatArray) -> Any:
         """The kernel's named tuple of one row, integers as integers."""
-        values = row.tolist()
-        for j in self._whole:
-            values[j] = int(values[j])
-        return packed(self.kernel.module.Params, values)
-
-    @cached_property
-    def _whole(self) -> list[int]:
-        return [j for j, v in enumerate(self.kernel.parameters) if v.kind is int]
+        return self.kernel.of_row(row)
 
     def refused(self, table: FloatArray) -> bool:
         """Whether a row of a table violates a bound or a joint condition of the model."""
-        low, high = self._allowed
+        low, high = self.kernel.ends
         if not ((low <= table) & (table <= high)).all():
             return True
         return any(self.unmet(row) is not None for row in table)
-
-    @cached_property
-    def _allowed(self) -> tuple[FloatArray, FloatArray]:
-        """Least and largest allowed value of each parameter; finite, and inside of a bound that is not allowed."""
-        quantities = [v.quantity for v in self.kernel.parameters]
-        low = [np.nextafter(q.lo, np.inf) if q.open_lo or np.isinf(q.lo) else q.lo for q in quantities]
-        high = [np.nextafter(q.hi, -np.inf) if q.open_hi or np.isinf(q.hi) else q.hi for q in quantities]
-        return np.array(low), np.array(high)
 
     def unmet(self, row: FloatArray) -> Condition | None:
         """The first joint condition that a row within the bounds does not meet."""

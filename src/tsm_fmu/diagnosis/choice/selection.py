@@ -142,13 +142,8 @@ def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: 
 
 def _bends_to_any_law(one: Hypothesis, hypotheses: Sequence[Hypothesis]) -> bool:
     """Whether with one more law of the position, or of time, at its place an effect leaves half as much."""
-
-    def much_less(h: Hypothesis) -> bool:
-        return bool((h.measured < MUCH_LESS_RATIO * one.measured)[one.acts].any())
-
-    return any(
-        set(one.added) < set(h.added) and _any_law_of_a_coordinate(h.added) and much_less(h) for h in hypotheses
-    )  # fmt: skip
+    sums = [h for h in hypotheses if set(one.added) < set(h.added) and _any_law_of_a_coordinate(h.added)]
+    return any((h.measured < MUCH_LESS_RATIO * one.measured)[one.acts].any() for h in sums)
 
 
 def _leads(one: Hypothesis, hypotheses: Sequence[Hypothesis], specs: Collection[str]) -> bool:

@@ -172,8 +172,8 @@ class _Bench:
                     for i in range(len(states))
                 ]
                 alike, best = in_all[0], self._in_states(in_all, by_state[k], signed)
-                there = partial(placed, best, shape, step), partial(placed, alike, shape, step)
-                found.append(_Tried(best.gain, one, there[0], (alike.gain, there[1])))
+                with_alike = alike.gain, partial(placed, alike, shape, step)
+                found.append(_Tried(best.gain, one, partial(placed, best, shape, step), with_alike))
         return found
 
     def _in_states(self, every: Sequence[_Explained], responses: FloatArray, signed: BoolArray) -> _Explained:
