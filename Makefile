@@ -15,8 +15,8 @@ demo: .venv/ready
 test: sources lint types
 	OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder --randomly-seed=$(ORDER)
 
-sources: .venv/ready-test  # of the tests, for all workers at once: in the background, while lint and types look
-	@PYTHONDONTWRITEBYTECODE= $(BIN)/pytest --collect-only -qq >/dev/null 2>&1 &
+sources: .venv/ready-test  # of tests and kernels, for all workers at once: in the background, while lint and types look
+	@{ PYTHONDONTWRITEBYTECODE= $(BIN)/pytest --collect-only -qq; $(BIN)/python -m tsm_fmu.kernels.precompile; } >/dev/null 2>&1 &
 
 lint: .venv/ready-test
 	$(BIN)/ruff check .

@@ -15,8 +15,8 @@ ROOT = Path(__file__).parents[1]
 
 
 FINENESS = {
-    "rows and samples": ("REACH", "ROWS", "SIMULATED_ROWS", "COMPARED_ROWS", "PROBE_ROWS", "LONG_ROWS", "COLUMNS",
-                         "REPLAYED", "STEP", "LENGTH", "ROUNDED", "FEWEST", "PAST_SAMPLES"),
+    "rows and samples": ("REACH", "ROWS", "SIMULATED_ROWS", "COMPARED_ROWS", "PROBE_ROWS", "ROUGH_ROWS", "LONG_ROWS",
+                         "COLUMNS", "REPLAYED", "STEP", "LENGTH", "ROUNDED", "FEWEST", "PAST_SAMPLES"),
     "bins": ("FEWEST_BINS", "BINS", "HALF_WIDTH", "ANGLES"),
     "draws": ("NULLS", "SURROGATES", "RESAMPLES", "SMALLEST", "LEVEL"),
     "numerics": ("STEPS", "RIDGE", "DAMPING", "DECIBEL", "SHAPES", "SHRUNK", "FIRST_STEPS", "FIRST_ROWS",

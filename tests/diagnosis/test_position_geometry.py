@@ -9,6 +9,7 @@ import pytest
 
 from tests.diagnosis.conftest import exponential
 from tsm_fmu.diagnosis.answer.shape import located, with_position_law
+from tsm_fmu.diagnosis.fits import screening
 from tsm_fmu.diagnosis.fits.disguise import disguised
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.diagnosis.fits.screening import screen
@@ -16,6 +17,7 @@ from tsm_fmu.diagnosis.runs.drivers import drives_of
 from tsm_fmu.diagnosis.runs.prepared import prepared
 from tsm_fmu.kernels.chain import attach
 from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.kernels.serving import Serving
 from tsm_fmu.logs.record import Record
 
 GIVEN = {"sigma0": 130.0, "sigma1": 0.0, "sigma2": 0.1, "F_c": 0.7, "F_s": 0.7, "v_s": 0.3}
@@ -75,6 +77,27 @@ def test_narrow_bursts_of_a_wheel_of_unknown_size_are_found(radius: float) -> No
     assert found.values["winding_crossover.r"] == pytest.approx(radius, rel=0.004)
     assert found.values["winding_crossover.A"] == pytest.approx(0.19, rel=0.15)
     assert found.rmse[0] < 0.6 * base.rmse[0]
+
+
+@pytest.mark.parametrize(("spec", "law"), [("drum_periodic~x[m]", ripple), ("winding_crossover~x[m]", triangles)])
+def test_shapes_that_are_tried_on_few_samples_explain_what_the_best_on_all_do(
+    spec: str, law: Callable[[np.ndarray], np.ndarray], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    base, one = fitted(0.0211, law), [attach(kernel("LuGreFriction"), spec)]
+    rows, simulated = [0], Serving.fill
+
+    def counted(self: Serving, table: np.ndarray, spans: np.ndarray, *more: np.ndarray) -> None:
+        rows[-1] += int(np.sum(spans[:, 1] - spans[:, 0]))
+        simulated(self, table, spans, *more)
+
+    monkeypatch.setattr(Serving, "fill", counted)
+    (rough,) = screen(base, one)
+    rows.append(0)
+    monkeypatch.setattr(screening, "ROUGH_ROWS", 2 * ROWS)
+    (whole,) = screen(base, one)
+    assert rows[0] < 0.5 * rows[1]
+    assert rough.gain > 0.2
+    assert rough.gain == pytest.approx(whole.gain, rel=0.1)
 
 
 def test_a_wheel_of_less_than_the_stroke_has_no_name_to_take_and_its_law_is_drawn() -> None:

@@ -306,3 +306,22 @@ def test_of_long_runs_the_samples_drawn_are_compared_and_all_are_simulated(one: 
     memory, none = (few.acting(attach(kernel("TendonDrive"), spec)) for spec in ("creep", "inertia"))
     assert memory.time.size == 2 * ROWS
     assert none.time.size == rows.size
+
+
+def test_at_fewer_samples_the_same_is_compared_and_imitated(one: Fitted, responses: Responses) -> None:
+    few = responses.at_fewer(331)
+    assert [set(a) <= set(b) for a, b in zip(few.rows, responses.rows, strict=True)] == [True, True]
+    assert 331 <= few.edges[-1] / 2 <= 333
+    assert few.basis.T @ few.basis == pytest.approx(np.eye(few.basis.shape[1]), abs=1e-12)
+    assert few.basis.shape[1] == responses.basis.shape[1]
+    kept = np.concatenate([
+        first / 2 + np.flatnonzero(np.isin(rows, own))
+        for first, rows, own in zip(responses.edges, responses.rows, few.rows, strict=False)
+    ]).astype(int)  # fmt: skip
+    imitated = responses.basis @ np.random.default_rng(5).normal(size=responses.basis.shape[1])
+    assert few.outside(imitated.reshape(-1, 2)[kept].ravel()) == pytest.approx(0.0, abs=1e-12)
+    attached = attach(kernel("TendonDrive"), "sensor_lag@x_out")
+    values = [middle_of(responses, attached)]
+    every, drawn = (r.acting(attached).responses_to(values)[0].reshape(-1, 2) for r in (responses, few))
+    assert drawn == pytest.approx(every[kept], rel=1e-12)
+    assert responses.at_fewer(10**6).flat(one.residuals) == pytest.approx(responses.flat(one.residuals))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from copy import copy
 from itertools import pairwise, product
 from types import ModuleType
 
@@ -67,15 +68,24 @@ class Responses:
         self.signals = places_of(fitted)
         self.extent = Extent(shaped_by or self.signals)
         self.full = [self.problem.every_output(k, row) for k, row in enumerate(fitted.table)]
-        self.rows = _drawn([one.shape[0] for one in self.full])
+        self.rows = _drawn([one.shape[0] for one in self.full], COMPARED_ROWS)
         jacobian = output_jacobian(fitted.problem, fitted.table, weights)
         edges = np.cumsum([0, *(one.shape[0] for one in self.full)])
         compared = np.concatenate([first + rows for first, rows in zip(edges, self.rows, strict=False)])
         free = jacobian.shape[1]  # none where all is fixed
         jacobian = jacobian.reshape(edges[-1], len(weights), free)[compared]
-        columns = normalised(jacobian.reshape(compared.size * len(weights), free))
-        u, singular, _ = np.linalg.svd(columns, full_matrices=False)
-        self.basis = u[:, singular > 1e-9 * singular[0]] if singular.size else u
+        self.basis = _basis(jacobian.reshape(compared.size * len(weights), free))
+
+    def at_fewer(self, most: int) -> Responses:
+        """The same, compared at no more than so many of their samples."""
+        kept, few = _drawn([rows.size for rows in self.rows], most), copy(self)
+        few.rows = [rows[one] for rows, one in zip(self.rows, kept, strict=True)]
+        of_samples = np.split(self.basis, self.edges[1:-1])
+        by_sample = [one.reshape(-1, len(self.weights), one.shape[1]) for one in of_samples]
+        few.basis = _basis(
+            np.concatenate([a[one].reshape(-1, a.shape[2]) for a, one in zip(by_sample, kept, strict=True)])
+        )
+        return few
 
     def flat(self, per_run: Sequence[FloatArray]) -> FloatArray:
         """Runs one after the other, channels weighted, as one column: the samples at which responses are compared."""
@@ -191,19 +201,18 @@ class Acting:
                 column = self.responses_to([{**one, name: h} for one, h in zip(shapes, step.tolist(), strict=True)])
             else:
                 first = self.responses_to([{**one, name: role.first} for one in shapes])
-                sizes = np.sqrt(np.einsum("ij,ij->i", first, first))
-                step = np.array([self._of_residual_size(name, role.first, size) for size in sizes.tolist()])
+                step = self._of_residual_size(name, role.first, np.sqrt(np.einsum("ij,ij->i", first, first)))
                 column = self._grown(shapes, name, first, role.first, step)
             column[~np.isfinite(column).all(axis=1)] = 0.0
             columns.append(column)
             taken.append(step)
         return side_by_side(columns), np.stack(taken, axis=1)
 
-    def _of_residual_size(self, name: str, first: float, response: float) -> float:
-        """Step of a size parameter at which its response is about as large as the residual."""
-        if not (math.isfinite(response) and response > 0.0):
-            return first
-        return math.copysign(min(max(abs(first) * self.size / response, 1e-9), _largest(self.effect, name)), first)
+    def _of_residual_size(self, name: str, first: float, responses: FloatArray) -> FloatArray:
+        """Steps of a size parameter at which its responses, of these sizes now, are about as large as the residual."""
+        shown = np.isfinite(responses) & (responses > 0.0)
+        steps = abs(first) * self.size / np.where(shown, responses, 1.0)
+        return np.where(shown, np.copysign(np.clip(steps, 1e-9, _largest(self.effect, name)), first), first)
 
     def _grown(
         self, shapes: Sequence[Mapping[str, float]], name: str, first: FloatArray, at: float, steps: FloatArray
@@ -344,14 +353,20 @@ class _Held:
         return (found * self.responses.weights).ravel()
 
 
-def _drawn(sizes: Sequence[int]) -> list[NDArray[np.intp]]:
-    """Numbers of the samples of each run at which responses are compared.
+def _drawn(sizes: Sequence[int], most: int) -> list[NDArray[np.intp]]:
+    """Numbers of the samples of each run at which responses are compared, so many of all runs together.
 
     Not every n-th: that may meet each stroke at the same place.
     """
-    share = min(1.0, COMPARED_ROWS / sum(sizes))
+    share = min(1.0, most / sum(sizes))
     rng = np.random.default_rng(7)
     return [np.sort(rng.choice(size, math.ceil(share * size), replace=False)) for size in sizes]
+
+
+def _basis(columns: FloatArray) -> FloatArray:
+    """Orthonormal columns that span the same."""
+    u, singular, _ = np.linalg.svd(normalised(columns), full_matrices=False)
+    return u[:, singular > 1e-9 * singular[0]] if singular.size else u
 
 
 def normalised(columns: FloatArray) -> FloatArray:

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -41,6 +42,8 @@ STARTS = 8
 CLOSER, CLOSER_DRAWS, CLOSER_REACH = 2, 16, (0.1, 0.04, 0.015)
 """Of an effect with many shapes to begin from, so many of the best are improved by draws around them, at these
 distances as parts of the range."""
+ROUGH_ROWS, PROMISING = 750, 24
+"""Samples of all runs together that these shapes are tried on, and how many of the best are on all samples."""
 
 
 @dataclass(frozen=True)
@@ -128,16 +131,25 @@ class _Bench:
     def __init__(self, fitted: Fitted) -> None:
         fitted = fitted.at(thinned(fitted.problem.kernel, fitted.problem.runs, ROWS, ROWS // 10))
         self.channels = len(fitted.problem.channels)
-        self.responses = Responses(fitted, 1.0 / np.maximum(fitted.rmse, 1e-12 * fitted.spread))
-        self.residual = self.responses.outside(self.responses.flat(fitted.residuals))
+        self._compare(Responses(fitted, 1.0 / np.maximum(fitted.rmse, 1e-12 * fitted.spread)))
+
+    def _compare(self, responses: Responses) -> None:
+        self.responses = responses
+        self.residual = responses.outside(responses.flat(responses.fitted.residuals))
         self.before = self._squares(self.residual)
+
+    @cached_property
+    def rough(self) -> _Bench:
+        """The same with fewer samples."""
+        found = copy(self)
+        found._compare(self.responses.at_fewer(ROUGH_ROWS))
+        return found
 
     def screened(self, attached: Attached) -> Screened:
         acting, module = self.responses.acting(attached), attached.module
-        tried = partial(self._tried, acting)
-        found = sorted(tried(quantiles(module)), key=lambda one: -one.gain)
-        if any(shape.tries for shape in shapes_of(module).values()):
-            found = sorted([*(_closer(one, tried) for one in found[:CLOSER]), *found], key=lambda one: -one.gain)
+        many = any(shape.tries for shape in shapes_of(module).values())
+        at = self.rough._promising(attached) if many else quantiles(module)
+        found = sorted(self._tried(acting, at), key=lambda one: -one.gain)
         starts = [one.place() for one in found[:STARTS]]
         if starts_of(module):  # from the best states a descent may end in another valley
             alike = sorted((one.alike for one in found), key=lambda one: -one[0])[:STARTS]
@@ -145,6 +157,12 @@ class _Bench:
             starts = [place for both in zip(starts, alike, strict=True) for place in both]
             starts = [one for k, one in enumerate(starts) if not any(_same(one, other) for other in starts[:k])]
         return Screened(attached, found[0].gain, starts, self.responses.limits(acting))
+
+    def _promising(self, attached: Attached) -> FloatArray:
+        """Where the best of many shapes are, the best few improved."""
+        tried = partial(self._tried, self.responses.acting(attached))
+        found = sorted(tried(quantiles(attached.module)), key=lambda one: -one.gain)
+        return np.array([one.at for one in [*(_closer(one, tried) for one in found[:CLOSER]), *found[:PROMISING]]])
 
     def _tried(self, acting: Acting, at: FloatArray) -> list[_Tried]:
         """An effect at several shapes, by the quantiles of their ranges."""
@@ -189,11 +207,11 @@ class _Bench:
         """
         most = max(one.gain for one in every) - NO_GAIN
         best = next(one for one in every if one.gain >= most)  # of those that nothing tells apart, the first
-        runs, edges, states = len(self.responses.rows), self.responses.edges, len(every)
+        runs, states = len(self.responses.rows), len(every)
         if states == 1 or runs == 1:
             return best
         parts = np.zeros((runs, *responses.shape))
-        for k, (a, b) in enumerate(pairwise(edges)):
+        for k, (a, b) in enumerate(pairwise(self.responses.edges)):
             parts[k, :, :, a:b] = responses[:, :, a:b]
         of_parts = Parts(parts, self.responses.outside(parts), self.residual, self.channels)
         for _ in range(SWEEPS):
