@@ -5,7 +5,6 @@ from collections.abc import Iterator
 
 import pytest
 
-
 LONG = (
     "system_tests/test_blind_gate.py", "tests/effects/test_planted.py", "tests/test_tutorials.py",
     "system_tests/test_diagnose_papers.py", "system_tests/test_diagnose_verdicts.py", "tests/test_fresh_rigs.py",
