@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.conftest import exponential
-from tsm_fmu.diagnosis.answer.limit import with_limits
+from tsm_fmu.diagnosis.answer.limit import limits_met, with_limits
 from tsm_fmu.diagnosis.choice.floors import Floors
 from tsm_fmu.diagnosis.criteria import LIMIT_VISITS
 from tsm_fmu.diagnosis.evidence import Limit
+from tsm_fmu.diagnosis.fits.refit import Task, as_given, refit
 from tsm_fmu.diagnosis.residual.limits import limits
+from tsm_fmu.diagnosis.runs.prepared import prepared
 from tsm_fmu.diagnosis.workflow import diagnose
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.logs.record import Record
@@ -114,3 +116,26 @@ def test_a_force_cell_that_saturates_is_said_and_nothing_is_named() -> None:
     assert (found.verdict, found.family) == ("unknown", ("sensor",))
     assert found.limits["F"].level == pytest.approx(0.83, abs=0.01)
     assert "F stands at 0.83 N" in found.answer
+
+
+@pytest.mark.parametrize(("clipped", "said"), [(False, False), (True, True)])
+def test_friction_that_levels_off_as_given_is_no_limit_of_a_sensor(clipped: bool, said: bool) -> None:
+    """With play before it: a refit without the play bends to a long presliding, and goes on where the force stands."""
+    model, records = kernel("LuGreFriction"), []
+    for number in range(2):
+        rng, t = np.random.default_rng(70 + number), np.arange(2400) * 0.01
+        x = 0.05 * np.sin(2.3 * t + 0.4 * number) + 0.03 * np.sin(5.9 * t + number)
+        played = x.copy()
+        for k in range(1, x.size):
+            played[k] = np.clip(played[k - 1], x[k] - 0.02, x[k] + 0.02)
+        v, force = np.gradient(x, 0.01), 0.64 * exponential(played, 0.0047)
+        if clipped:
+            force = np.minimum(0.64 * exponential(x, 0.0047) + 1.9 * v, 0.81)
+        force = force + 0.003 * rng.standard_normal(t.size)
+        records.append(Record(f"run {number}", t, {"v": v, "F": force}, {"v": "m/s", "F": "N"}))
+    given = {"F_c": 0.64, "F_s": 0.64, "v_s": 0.01, "sigma0": 130.0, "sigma1": 0.0, "sigma2": 1.9 * clipped}
+    runs = prepared(model, records, (), (), None)
+    task = Task("LuGreFriction", runs.measured, runs.channels, given)
+    fits = [refit(task, (), {}), as_given(task, ())]
+    assert "F" in limits_met(fits[:1], runs.measured)  # the refit alone would have it
+    assert ("F" in limits_met(fits, runs.measured)) is said

@@ -124,7 +124,8 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
         heard = more | {c: taken_out(tone, winner, c) for c, tone in heard.items()}
         if heard:
             result = with_tones(result, heard, on_reference)
-        met = limits_met(result.baselines.refitted.fitted, now.runs.measured)
+        before = result.baselines
+        met = limits_met([before.refitted.fitted, before.given], now.runs.measured)
         if met:
             result = with_limits(result, met)
         hidden, inapplicable = _not_excited(runs, result)

@@ -15,15 +15,21 @@ from ..fits.response import places_of
 from ..residual.limits import limits
 
 
-def limits_met(fitted: Fitted, runs: Sequence[FitRun]) -> dict[str, Limit]:
-    """Limits at which channels stand in all samples of the runs of a fit, by channel.
+def limits_met(fits: Sequence[Fitted], runs: Sequence[FitRun]) -> dict[str, Limit]:
+    """Limits at which channels stand in all samples of the runs where each of some fits goes on, by channel.
 
     Parameters
     ----------
-    fitted : Fitted
-        The refitted model without effects: one may bend to a limit.
+    fits : sequence of Fitted
+        The refitted model without effects, which may bend to a limit; and the model as given: friction that levels off
+        as it does there is no limit, though a refit that bends to something else goes on.
     runs : sequence of FitRun
     """
+    first, *others = (_limits(fitted, runs) for fitted in fits)
+    return {channel: one for channel, one in first.items() if all(channel in other for other in others)}
+
+
+def _limits(fitted: Fitted, runs: Sequence[FitRun]) -> dict[str, Limit]:
     whole = fitted.at(runs)
     targets = [run.targets for run in whole.problem.runs]
     return limits(whole.problem.channels, targets, whole.compared_residuals, places_of(whole))
