@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -325,3 +326,11 @@ def test_at_fewer_samples_the_same_is_compared_and_imitated(one: Fitted, respons
     every, drawn = (r.acting(attached).responses_to(values)[0].reshape(-1, 2) for r in (responses, few))
     assert drawn == pytest.approx(every[kept], rel=1e-12)
     assert responses.at_fewer(10**6).flat(one.residuals) == pytest.approx(responses.flat(one.residuals))
+
+
+def test_at_fewer_samples_nothing_is_imitated_where_nothing_is_free(responses: Responses) -> None:
+    fixed = copy(responses)
+    fixed.basis = responses.basis[:, :0]
+    few = fixed.at_fewer(97)
+    column = np.linspace(-1.0, 2.0, int(few.edges[-1]))
+    assert few.outside(column.copy()).tolist() == column.tolist()

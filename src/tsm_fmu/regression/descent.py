@@ -32,7 +32,6 @@ APART = 1e-4
 
 PROMISING_STEPS = 4
 """Evaluations after which it shows whether a descent that is to reach a sum of squares comes near it."""
-
 WELL_PREDICTED = 0.25
 """Part of a predicted gain: a step that gains less ends no descent, for the next one is shorter. As in scipy."""
 

@@ -25,8 +25,12 @@ def limits_met(fits: Sequence[Fitted], runs: Sequence[FitRun]) -> dict[str, Limi
         as it does there is no limit, though a refit that bends to something else goes on.
     runs : sequence of FitRun
     """
-    first, *others = (_limits(fitted, runs) for fitted in fits)
-    return {channel: one for channel, one in first.items() if all(channel in other for other in others)}
+    first, *others = fits
+    met = _limits(first, runs)
+    for other in others if met else ():  # hardly ever: each is simulated on all samples
+        there = _limits(other, runs)
+        met = {channel: one for channel, one in met.items() if channel in there}
+    return met
 
 
 def _limits(fitted: Fitted, runs: Sequence[FitRun]) -> dict[str, Limit]:

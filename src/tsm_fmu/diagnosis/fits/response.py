@@ -68,23 +68,16 @@ class Responses:
         self.signals = places_of(fitted)
         self.extent = Extent(shaped_by or self.signals)
         self.full = [self.problem.every_output(k, row) for k, row in enumerate(fitted.table)]
-        self.rows = _drawn([one.shape[0] for one in self.full], COMPARED_ROWS)
-        jacobian = output_jacobian(fitted.problem, fitted.table, weights)
-        edges = np.cumsum([0, *(one.shape[0] for one in self.full)])
-        compared = np.concatenate([first + rows for first, rows in zip(edges, self.rows, strict=False)])
-        free = jacobian.shape[1]  # none where all is fixed
-        jacobian = jacobian.reshape(edges[-1], len(weights), free)[compared]
-        self.basis = _basis(jacobian.reshape(compared.size * len(weights), free))
+        sizes = [one.shape[0] for one in self.full]
+        self.rows = _drawn(sizes, COMPARED_ROWS)
+        self.basis = _basis(_of_samples(output_jacobian(fitted.problem, fitted.table, weights), sizes, self.rows))
 
     def at_fewer(self, most: int) -> Responses:
         """The same, compared at no more than so many of their samples."""
-        kept, few = _drawn([rows.size for rows in self.rows], most), copy(self)
+        sizes = [rows.size for rows in self.rows]
+        kept, few = _drawn(sizes, most), copy(self)
         few.rows = [rows[one] for rows, one in zip(self.rows, kept, strict=True)]
-        of_samples = np.split(self.basis, self.edges[1:-1])
-        by_sample = [one.reshape(-1, len(self.weights), one.shape[1]) for one in of_samples]
-        few.basis = _basis(
-            np.concatenate([a[one].reshape(-1, a.shape[2]) for a, one in zip(by_sample, kept, strict=True)])
-        )
+        few.basis = _basis(_of_samples(self.basis, sizes, kept))
         return few
 
     def flat(self, per_run: Sequence[FloatArray]) -> FloatArray:
@@ -361,6 +354,13 @@ def _drawn(sizes: Sequence[int], most: int) -> list[NDArray[np.intp]]:
     share = min(1.0, most / sum(sizes))
     rng = np.random.default_rng(7)
     return [np.sort(rng.choice(size, math.ceil(share * size), replace=False)) for size in sizes]
+
+
+def _of_samples(columns: FloatArray, sizes: Sequence[int], rows: Sequence[NDArray[np.intp]]) -> FloatArray:
+    """What belongs to some samples of each run, of columns by sample of all runs, of these sizes, and channel."""
+    at = np.concatenate([first + one for first, one in zip(np.cumsum([0, *sizes]), rows, strict=False)])
+    channels, width = len(columns) // sum(sizes), columns.shape[1]  # no column where all parameters are fixed
+    return columns.reshape(sum(sizes), channels, width)[at].reshape(at.size * channels, width)
 
 
 def _basis(columns: FloatArray) -> FloatArray:
