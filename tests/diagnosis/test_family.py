@@ -68,6 +68,54 @@ def test_a_late_signal_is_a_law_of_the_sensor() -> None:
     assert max(shares, key=lambda f: shares[f]) == "sensor"
 
 
+def stroke_and_hold(seed: int, count: int = 4) -> list[Coordinates]:
+    """Strokes of one to three seconds with rests of up to four seconds between them."""
+    rng, found = np.random.default_rng(seed), []
+    for _ in range(count):
+        x, v, at = [], [], 0.0
+        while len(x) < 2400:
+            to, moving, still = (
+                0.047 * rng.uniform(-1.0, 1.0),
+                int(rng.uniform(1.0, 3.0) / DT),
+                int(rng.exponential(0.9) / DT),
+            )
+            u = np.arange(1, moving + 1) / moving
+            x += [*(at + (to - at) * u * u * (3.0 - 2.0 * u)), *[to] * still]
+            at = to
+        t = np.arange(2400) * DT
+        v = np.gradient(np.array(x[:2400]), t)
+        found.append(coordinates_of(kernel("LuGreFriction"), FitRun("r", t, v[:, None], v[:, None]), None))
+    return found
+
+
+def gap_after_reversals(c: Coordinates) -> np.ndarray:
+    """Friction that is nothing over a part of the way after each reversal."""
+    return -c.s * ((c.since_reversal > 0.0041) & (c.since_reversal < 0.0067))
+
+
+def saturating_age(c: Coordinates) -> np.ndarray:
+    """Strength of contacts that saturates with their age, which half a millimetre of travel renews."""
+    age, found = 0.0, []
+    for dt, v in zip(np.diff(c.time, prepend=c.time[0]), np.abs(c.v), strict=True):
+        age = age * np.exp(-v * dt / 0.0005) + dt
+        found.append(1.0 - np.exp(-age / 0.7))
+    return c.z * np.array(found)
+
+
+@pytest.mark.parametrize("law", [gap_after_reversals, saturating_age])
+def test_what_happens_at_one_place_after_a_reversal_or_ages_is_a_law_of_the_history(
+    law: Callable[[Coordinates], np.ndarray],
+) -> None:
+    rng, where = np.random.default_rng(23), stroke_and_hold(31)
+    left = [law(c) for c in where]
+    size = 0.3 * float(np.std(np.concatenate(left)))
+    noisy = [y + size * rng.normal(size=y.size) for y in left]
+    shares = family_shares(noisy, [0.7 * c.z for c in where], where, np.concatenate([c.z for c in where])[:, None])
+    history = shares.pop("history")
+    assert history > 0.5
+    assert history > 1.2 * max(shares.values()), shares
+
+
 def test_noise_is_no_law_and_what_the_parameters_do_is_none() -> None:
     """White noise, and a residual that moves of the model's parameters make: nothing is predicted of either."""
     rng, where = np.random.default_rng(5), runs()

@@ -132,6 +132,8 @@ def test_a_position_is_anything_over_the_stroke_and_a_speed_any_of_these_laws() 
     low, span = x.min(), np.ptp(x)
     stroke = max(float(np.ptp(c.x)) for c in where)
     since = np.concatenate([c.since_reversal for c in where])
+    after = np.log(np.clip(since, 0.002 * stroke, 0.7 * stroke) / (0.002 * stroke)) / np.log(0.7 / 0.002)
+    rested = np.log1p(np.concatenate([c.dwell for c in where]) / 0.1)
     y = np.concatenate(outputs)
     knot = low + 5.0 / 13.0 * span
     laws = {
@@ -179,11 +181,7 @@ def test_a_position_is_anything_over_the_stroke_and_a_speed_any_of_these_laws() 
             v * np.exp(-time / (0.3 * length)),
             v * np.exp(-time / (0.1 * length)),
         ],
-        "history": [
-            s * np.exp(-since / (0.005 * stroke)),
-            s * np.exp(-since / (0.32 * stroke)),
-            z * np.log1p(np.concatenate([c.dwell for c in where]) / 0.1),
-        ],
+        "history": [s * after, s * np.abs(after - 6.0 / 13.0), z * rested],
         "direction": [v > 0, np.abs(v), v**2, np.abs(z), np.maximum(v, 0.0), (v > 0) * np.sqrt(np.abs(v))],
         "sensor": [y - y.mean()],
     }
@@ -193,6 +191,16 @@ def test_a_position_is_anything_over_the_stroke_and_a_speed_any_of_these_laws() 
 
     def rate(name: str) -> np.ndarray:
         return np.concatenate([np.gradient(getattr(c, name), c.time) for c in where])
+
+    def aged() -> np.ndarray:
+        found = []
+        for c in where:
+            age = 0.0
+            for dt, dx in zip(np.diff(c.time, prepend=c.time[0]), np.diff(c.x, prepend=c.x[0]), strict=True):
+                worn = abs(dx) / (0.05 * stroke)
+                age = age * np.exp(-worn) + (dt * (1.0 - np.exp(-worn)) / worn if worn else dt)
+                found.append(np.log1p(age / (0.3 * pace)))
+        return np.array(found)
 
     pace, big = span / rms, np.abs(load).max()
     top = float(np.sqrt(np.mean(a**2)))
@@ -210,12 +218,12 @@ def test_a_position_is_anything_over_the_stroke_and_a_speed_any_of_these_laws() 
     laws["history"] += [x - late("x", part * length) for part in (0.003, 0.01, 0.03, 0.1)]
     laws["history"] += [s - late("s", part * length) for part in (0.003, 0.01, 0.03, 0.1)]
     laws["history"] += [z * (np.abs(v) - late("v", part * pace, np.abs)) for part in (0.01, 0.05, 0.2)]
-    laws["history"] += [s * np.exp(-since / (0.02 * stroke)) * np.log1p(np.concatenate([c.dwell for c in where]) / 0.1)]
+    laws["history"] += [s * rested * np.maximum(0.0, 1.0 - np.abs(13.0 * after - 8.0)), z * aged()]
     slope = np.concatenate([np.gradient(o, c.time) for o, c in zip(outputs, where, strict=True)])
     bend = np.concatenate([np.gradient(np.gradient(o, c.time), c.time) for o, c in zip(outputs, where, strict=True)])
     laws["sensor"] += [slope, bend, slope * time]
     for family, several in laws.items():
-        columns = found[family] / np.linalg.norm(found[family], axis=0)
+        columns = found[family] / np.maximum(np.linalg.norm(found[family], axis=0), 1e-300)  # some places have none
         for k, law in enumerate(several):
             one = np.asarray(law, float)
             weights = np.linalg.lstsq(columns, one, rcond=None)[0]

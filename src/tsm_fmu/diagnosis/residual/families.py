@@ -7,14 +7,17 @@ They are numbers of about unit size, without texts: for a formula see `library`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import product
 
 import numpy as np
 from scipy.signal import lfilter
 
+from ...effects import breakaway_ageing
 from ...effects.about import Family
 from ...kernels.arrays import FloatArray
+from ...kernels.kernel import Kernel
 from ..runs.motion_signals import Coordinates
-from .library import DISTANCES, LAGS, SPEEDS, folds
+from .library import LAGS, SPEEDS, folds
 from .predictable import share_left_out
 
 DAMPING = (1e-4, 1e-3, 1e-2, 1e-1, 1.0)
@@ -23,8 +26,17 @@ ROWS = 8000
 """Samples of all runs together that the regression sees; the functions are made at full sampling."""
 HATS = 14
 """Functions over the stroke that each sit at one place."""
+WAYS, AFTER_REVERSAL, AFTER_REST = (0.002, 0.7), 14, 9
+"""Ways since a reversal over which so many functions are spread that each sit at one of them, as parts of the stroke.
+
+Closer to each other where they are short: a gap that is crossed, a spring that lets go, are bumps there, no decays. The
+first of them also grow with the rest before the reversal.
+"""
 LAGGED = (0.01, 0.05, 0.2)
 """Time constants of a rate, as parts of the time between reversals."""
+AGEING = Kernel(breakaway_ageing)
+RENEWING, AGES = (0.01, 0.05, 0.2), (0.03, 0.3, 3.0)
+"""Ways that renew a contact, as parts of the stroke, and ages that strengthen it, of the time between reversals."""
 
 
 def family_shares(
@@ -104,7 +116,7 @@ class _Sizes:
 
 def _position(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
     x = (c.x - r.low) / r.span
-    hats = [np.maximum(0.0, 1.0 - np.abs(x * (HATS - 1) - k)) for k in range(HATS)]
+    hats = _hats(x, HATS)
     return [*hats, *(c.z * hat for hat in hats), (x - 0.5) * c.v / r.v, (x - 0.5) ** 2 * c.v / r.v]
 
 
@@ -158,14 +170,25 @@ def _time(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
 
 
 def _history(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
-    after = [np.exp(-c.since_reversal / (part * r.stroke)) for part in DISTANCES]
+    shortest, longest = (part * r.stroke for part in WAYS)
+    way = np.log(np.clip(c.since_reversal, shortest, longest) / shortest) / np.log(longest / shortest)
+    after = _hats(way, AFTER_REVERSAL)
     log_dwell, u, w = np.log1p(c.dwell / 0.1), (c.x - r.low) / r.span, np.abs(c.v) / r.v
     lags = [part * r.length for part in LAGS]
     return [
-        *(c.s * f for f in after), *(c.s * log_dwell * f for f in after[:5]), c.z * log_dwell,
+        *(c.s * f for f in after), *(c.s * log_dwell * f for f in after[:AFTER_REST]), c.z * log_dwell,
         *(u - _lag(u, c, tau) for tau in lags), *(c.s - _lag(c.s, c, tau) for tau in lags),
-        *(c.z * (w - _lag(w, c, part * r.pace)) for part in LAGGED),
+        *(c.z * (w - _lag(w, c, part * r.pace)) for part in LAGGED), *_aged(r, c),
     ]  # fmt: skip
+
+
+def _aged(r: _Sizes, c: Coordinates) -> Iterator[FloatArray]:
+    """Friction of contacts that age, which shows at the hold or after it."""
+    columns = {"y": np.zeros(c.x.size), "x": c.x, "z": c.z, "x_pre": c.x_pre}
+    inputs = np.column_stack([columns[v.name] for v in AGEING.inputs])
+    for way, age, rest in product(RENEWING, AGES, (0.0, 1.0)):
+        values = {"B": 1.0, "D_c": way * r.stroke, "theta_0": age * r.pace, "rest": rest}
+        yield AGEING.simulate(AGEING.params(values=values), c.time, inputs)[:, 0]
 
 
 def _direction(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
@@ -178,6 +201,11 @@ def _sensor(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
     u = (y - r.y_mean) / r.y
     rate = np.gradient(u, c.time) * r.pace
     return [u, rate, np.gradient(rate, c.time) * r.pace, rate * (c.time - c.time[0]) / r.length]
+
+
+def _hats(u: FloatArray, number: int) -> list[FloatArray]:
+    """So many functions of 0 to 1, each of which is 1 at one place and 0 at all others."""
+    return [np.maximum(0.0, 1.0 - np.abs(u * (number - 1) - k)) for k in range(number)]
 
 
 def _lag(values: FloatArray, c: Coordinates, time_constant: float) -> FloatArray:
