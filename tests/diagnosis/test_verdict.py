@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import pytest
 from tsm_fmu.diagnosis.answer import verdict
 from tsm_fmu.diagnosis.criteria import FAMILY_SHARE
 from tsm_fmu.diagnosis.evidence import FamilyShare
-from tsm_fmu.diagnosis.fits.placing import not_applicable, play_before_friction
+from tsm_fmu.diagnosis.fits.placing import not_applicable
 from tsm_fmu.effects import EFFECTS, about
 from tsm_fmu.kernels.kernel import kernel
 
@@ -41,6 +42,7 @@ def said(monkeypatch: pytest.MonkeyPatch):
             (),
             lambda fitted: fitted,
             wandering,
+            (),
             lambda _: None,
         )
 
@@ -62,7 +64,7 @@ def test_a_set_of_laws_after_reversals_holds_none_that_cannot_be_there(said, eff
 )
 def test_another_curve_after_reversals_is_a_set_with_play_before_the_friction(said, model, channels) -> None:
     base = kernel(model)
-    nowhere = not_applicable(base, channels).keys() - set(play_before_friction(base, channels))
+    nowhere = not_applicable(base, channels).keys()
     assert said(("presliding_shape",), nowhere).equivalent == ("presliding_shape", "backlash", "smooth_backlash")
 
 
@@ -92,6 +94,7 @@ def test_a_gap_that_is_a_law_is_unknown_whatever_effects_the_runs_could_not_show
         (),
         lambda one: more if one is fitted else one,
         (),
+        (),
         lambda _: None,
     )
     assert found.word == word
@@ -105,3 +108,29 @@ def test_a_zero_that_wanders_is_named_once_beside_the_laws(said, effects: tuple[
     assert found.effects == tuple(dict.fromkeys((*effects, "offset_drift@F")))
     assert found.equivalent == ()
     assert found.final.read == ["offset_drift@F"], "the answer's model has it"
+
+
+@pytest.mark.parametrize(
+    ("curve", "held_out", "effects", "alone"),
+    [
+        (2.1, 2.1, ("backlash@v",), True),
+        (2.1, None, ("backlash@v",), True),
+        (1.9, 2.1, ("backlash@v",), False),  # another curve leaves nearly as little
+        (2.1, 1.9, ("backlash@v",), False),  # on other motions it does
+        (2.1, 2.1, ("viscous", "backlash@v"), False),  # it may shape the law of the other
+        (1.1, 1.1, ("backlash@F",), True),  # play of what is measured is none before it
+    ],
+)
+def test_play_before_a_friction_is_named_where_every_other_curve_leaves_much_more(
+    curve: float, held_out: float | None, effects: tuple[str, ...], alone: bool
+) -> None:
+    def one(measured: float, elsewhere: float | None, effects: tuple[str, ...] = ()) -> Any:
+        fitted = SimpleNamespace(model="LuGreFriction", spread=np.ones(1))
+        return SimpleNamespace(
+            effects=effects, fitted=fitted, acts=np.ones(1, bool), measured=np.array([0.03 * measured]),
+            held_out=None if elsewhere is None else np.array([0.03 * elsewhere]),
+        )  # fmt: skip
+
+    play = one(1.0, None if held_out is None else 1.0, effects)
+    found = verdict._plays_in_doubt(play, [one(9.7, 9.7), one(curve, held_out)])
+    assert found == ([] if alone else ["backlash"])

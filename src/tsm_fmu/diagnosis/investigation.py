@@ -21,7 +21,7 @@ from .choice.selection import Selection, select, without_names
 from .choice.visibility import unexcited
 from .criteria import FEW_SAMPLES_RATIO, MORE_SAMPLES_RATIO
 from .evidence import FamilyShare, Limit, Tone, Wander
-from .fits.placing import not_applicable, play_before_friction
+from .fits.placing import not_applicable
 from .fits.refit import Fitted, Task
 from .runs.prepared import PreparedRuns
 from .runs.thinning import thinned_for_search
@@ -136,10 +136,11 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
             now.evidence,
             [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)],
             hidden,
-            inapplicable.keys() - set(play_before_friction(runs.model, runs.channels)),
+            inapplicable.keys(),
             now.holdout,
             _holding(now.runs, times),
             offsets_of(wanders),
+            [h for h in result.hypotheses if not h.added],
             progress,
         )
         if wanders:  # the model itself has no zeros that are free

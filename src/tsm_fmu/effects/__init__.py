@@ -1,8 +1,9 @@
 """The effects, one file each, and look-ups of what their files say.
 
 `EFFECTS` is the registry: chains, diagnosis, command line and tests iterate over it, and nothing outside this folder
-names an effect. One is given as ``id``, or as ``id@channel`` with its place, either with ``~column[unit]`` behind it
-where a column of the log drives it: a *spec*.
+names an effect, but the families of a residual, whose functions of the history hold the law of contacts that age. One
+is given as ``id``, or as ``id@channel`` with its place, either with ``~column[unit]`` behind it where a column of the
+log drives it: a *spec*.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import get_type_hints
 
+from ..models import MODELS
 from .about import AsNuisance, Effect, Family, Read, Shape, Size, Start
 
 EFFECTS: tuple[ModuleType, ...] = tuple(
@@ -51,6 +53,10 @@ EFFECTS: tuple[ModuleType, ...] = tuple(
 )
 
 
+MOTIONS = frozenset(module.ROLES.motion or "v" for module in MODELS if hasattr(module, "ROLES"))
+"""Inputs that move the models."""
+
+
 def id_of(spec: str) -> str:
     """Id of an effect given by its spec."""
     return place_of(spec)[0]
@@ -82,6 +88,8 @@ def words(spec: str) -> str:
     """Name of an effect in a sentence, with its channel and what drives it where the spec says so."""
     channel, columns, known = place_of(spec)[1], spec.partition("~")[2], about(spec)
     place = f" in {channel}" if channel else ""
+    if known.play and channel in MOTIONS:
+        place = " before the friction"
     driven = " and ".join(item.partition("[")[0].rpartition("=")[2] for item in columns.split(",") if item)
     name = (known.words_on_motion if channel else "") or known.words
     return name + place + (f", driven by {driven}" if driven else "")

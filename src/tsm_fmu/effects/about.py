@@ -65,12 +65,16 @@ class Size(NamedTuple):
         Steps of a log that a time may be at most; 0 for any.
     most_of_signal : float
         Times the RMS of what the effect changes that a diagnosis takes at most; 0 for any.
+    tries : tuple of float
+        Parts of the stroke that a search begins from where the effect is on the motion of a model: what it does there
+        does not grow with it.
     """
 
     first: float = 1e-2
     as_nuisance: AsNuisance = "free"
     most_steps: int = 0
     most_of_signal: float = 0.0
+    tries: tuple[float, ...] = ()
 
 
 class Shape(NamedTuple):

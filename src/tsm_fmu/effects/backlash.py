@@ -28,7 +28,9 @@ ABOUT = Effect(
 
 
 class Params(NamedTuple):
-    w: Annotated[float, Quantity("{y}", "half the gap, Eq (1)", lo=0.0), Size(first=1e-3)] = 0.0
+    w: Annotated[float, Quantity("{y}", "half the gap, Eq (1)", lo=0.0), Size(first=1e-3, tries=(0.01, 0.03, 0.1))] = (
+        0.0
+    )
 
 
 NEUTRAL = Params()

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...effects import about, effect_of, id_of, sizes_as
+from ...effects import EFFECTS, about, effect_of, id_of, sizes_as
 from ...regression.problem import FitRun
 from ..choice.baselines import Baselines
 from ..choice.floors import Floors
 from ..choice.hypotheses import Hypothesis, left_out_in_turn, with_fit
 from ..choice.supported import Choice, indistinguishable, log_residual
-from ..criteria import EFFECT_SPREAD_SHARE, FAMILY_SHARE, IDLE_SPREAD_SHARE
+from ..criteria import EFFECT_SPREAD_SHARE, FAMILY_SHARE, IDLE_SPREAD_SHARE, MUCH_LESS_RATIO
 from ..evidence import FamilyShare
-from ..fits.nuisance import best_refit, with_free_offsets
+from ..fits.nuisance import after_reversal, best_refit, with_free_offsets
 from ..fits.quantised import with_levels, with_read
 from ..fits.refit import Fitted
 from .passivity import sign_notes
@@ -49,7 +49,7 @@ class Verdict:
 def verdict_of(
     baselines: Baselines, choice: Choice, floors: Floors, evidence: Sequence[FamilyShare], tested: Sequence[str],
     hidden: Sequence[str], nowhere: Collection[str], holdout: Sequence[FitRun], holding: Callable[[Fitted], Fitted],
-    wandering: Sequence[str], progress: Callable[[str], None],
+    wandering: Sequence[str], curves: Sequence[Hypothesis], progress: Callable[[str], None],
 ) -> Verdict:  # fmt: skip
     """The verdict.
 
@@ -71,6 +71,8 @@ def verdict_of(
         Gives a fit to more samples, where that of the search does not hold on all: see `Fitted.holding`.
     wandering : sequence of str
         Specs of the offsets of channels whose zeros wander: they are free in all fits.
+    curves : sequence of Hypothesis
+        Without an effect, but with other curves of friction after reversals.
     progress : callable
         Given what is being done.
     """
@@ -93,7 +95,8 @@ def verdict_of(
     common = [e for e in sets[0] if all(e in ids for ids in sets)]
     common += [e for e in map(id_of, read) if e not in common]
     alternatives = tuple(dict.fromkeys(e for ids in sets for e in ids if e not in common))
-    for effect in [e for e in common if about(e).after_reversal]:
+    in_doubt = _plays_in_doubt(winner, curves)
+    for effect in [e for e in common if about(e).after_reversal or e in in_doubt]:
         common.remove(effect)
         others = [e for e in _other_laws_of_reversals(effect) if e not in nowhere]
         alternatives = tuple(dict.fromkeys((*alternatives, effect, *others)))
@@ -105,10 +108,31 @@ def verdict_of(
 def _other_laws_of_reversals(effect: str) -> tuple[str, ...]:
     """What else such a law may stand for: rigs differ in what friction does after a reversal, and such laws are alike.
 
-    One that is a nuisance parameter stands for play before it too.
+    One that is a nuisance parameter stands for play before it too, and play for all that this stands for.
     """
+    if about(effect).play:
+        curves = [m.NAME for m in EFFECTS if m.ABOUT.role == "nuisance" and effect in m.ABOUT.looks_like]
+        return tuple(e for curve in curves for e in (curve, *about(curve).looks_like) if e != effect)
     alike = about(effect).looks_like
     return alike if about(effect).role == "nuisance" else tuple(e for e in alike if about(e).after_reversal)
+
+
+def _plays_in_doubt(winner: Hypothesis, curves: Sequence[Hypothesis]) -> list[str]:
+    """Ids of plays before a friction for which another curve of friction after reversals may stand.
+
+    Of a law that looks like it, play must leave much less than the best, also of runs that were not fitted.
+    """
+    plays = [id_of(s) for s in winner.effects if about(s).play and after_reversal(s, winner.fitted.model)]
+    if len(plays) != len(winner.effects):
+        return plays  # beside another effect a curve shapes its law
+    if not plays:
+        return []
+    best = min(curves, key=log_residual)
+    left = [(winner.measured, best.measured)]
+    if winner.held_out is not None and best.held_out is not None:
+        left.append((winner.held_out, best.held_out))
+    much_less = all((mine < MUCH_LESS_RATIO * other)[winner.acts].all() for mine, other in left)
+    return [] if much_less else plays
 
 
 def _without_effect(baselines: Baselines, winner: Hypothesis, refitted: Fitted, final: Fitted) -> Verdict:

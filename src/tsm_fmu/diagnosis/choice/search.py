@@ -169,10 +169,9 @@ class Search:
         more = []
         for one, spec in in_place:
             fitted = one.tested[spec][1]
-            places = [
-                c for c in self._places(fitted)
-                if c.channel == place_of(spec)[1] and looks_like(c.spec, [spec])
-            ]  # fmt: skip
+            channel = place_of(spec)[1]
+            beside = (channel,) if channel else (channel, self.model.motion)  # play before a friction
+            places = [c for c in self._places(fitted) if c.channel in beside and looks_like(c.spec, [spec])]
             nuisances = tuple(s for s in one.nuisances if s != spec)
             left = fitted.rmse**2 + one.reference_gain
             without = replace(one, fitted=fitted, nuisances=nuisances, measured=left)

@@ -15,12 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from ...effects import EFFECTS, about, effect_of, looks_like, sizes_as, sizes_of, starts_of
+from ...effects import EFFECTS, about, effect_of, looks_like, place_of, sizes_as, sizes_of, starts_of
 from ...kernels.arrays import BoolArray, FloatArray
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
 from ...regression.thinning import thinned
+from ...regression.threads import together
 from ..criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,
     DIFFERENCE_DEVIANCE,
@@ -100,7 +101,7 @@ def with_nuisances(base: Fitted, nuisances: Sequence[str]) -> Fitted:
             shapes.append(values)
     starts = [({**base.values, **values}, base.per_run) for values in shapes]
     effects = [*base.effects, *nuisances]  # a few steps do not say which start leads to the deepest valley
-    found = min((best_refit(base, effects, [one], nuisances) for one in starts), key=lambda f: f.cost)
+    found = min(together(lambda one: best_refit(base, effects, [one], nuisances), starts), key=lambda f: f.cost)
     return with_pooled_offsets(found, nuisances)
 
 
@@ -205,9 +206,11 @@ def _with_added_effect(
     number = (starts - 1 if second_start else starts) * (2 if starts_of(screened.attached.module) else 1)
     shapes = screened.starts[:number] or [({}, {})]
     places = [_with_values(base, place) for place in shapes]
+    before = {**base.values, **shrunk_nuisances(base, nuisances)}
     if second_start is not None and second_start.place[0]:
         values, per_run = _with_values(second_start.fitted, second_start.place)
-        places.append(({**base.values, **shrunk_nuisances(base, nuisances), **values}, per_run))
+        places.append(({**before, **values}, per_run))
+    places += [({**before, **shapes[0][0], **sizes}, base.per_run) for sizes in screened.tries]
     return base, effects, places, nuisances, [*base.released, *([spec] if spec in base.effects else [])]
 
 
@@ -387,7 +390,7 @@ def significant_nuisances(
         known = nearly_removed(before, left)
         if fitted.task.reference_removal:
             known |= notably_removed(before, left, fitted.spread)
-        least = np.where(known & (not about(spec).after_reversal), of_any, usual)
+        least = np.where(known & (not after_reversal(spec, fitted.model)), of_any, usual)
         return bool((_removed(less, fitted) <= least).all())
 
     for spec in fitted.effects:
@@ -451,9 +454,10 @@ def corrects_model_form(
     on_reference = float(np.max(task.reference_removal.get(spec, np.zeros(1)) / np.maximum(spread, 1e-300)))
     if beside_another and shapes_reversals(spec):
         return share <= max(SHAPE_SPREAD_SHARE, REFERENCE_RATIO * on_reference)
-    if about(spec).after_reversal and not task.reference_removal:
+    of_reversals = after_reversal(spec, task.model)
+    if of_reversals and not task.reference_removal:
         return share <= SHAPE_SPREAD_SHARE
-    least = REFERENCED_SHAPE_SPREAD_SHARE if about(spec).after_reversal else 0.0
+    least = REFERENCED_SHAPE_SPREAD_SHARE if of_reversals else 0.0
     return share <= max(least, REFERENCE_RATIO * on_reference)
 
 
@@ -479,6 +483,12 @@ def unlike_references(spec: str, without: FloatArray, fitted: Fitted) -> BoolArr
         & (without > UNLIKE_REFERENCE_RATIO * reference)
         & (removed > UNLIKE_REFERENCE_RATIO * on_reference)
     )
+
+
+def after_reversal(spec: str, model: str) -> bool:
+    """Whether an effect is a law of what friction does after a reversal, as play before it is too."""
+    known = about(spec)
+    return known.after_reversal or (known.play and place_of(spec)[1] == kernel(model).motion)
 
 
 def shapes_reversals(spec: str) -> bool:

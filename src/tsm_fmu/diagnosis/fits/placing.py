@@ -21,7 +21,6 @@ from ..runs.beginning import friction_channels
 from ..runs.drivers import drives_of
 
 MOTION_UNITS = ("rad", "m")
-BEFORE_FRICTION = "before the friction it is not told from another curve of friction after reversals"
 
 
 def possible(
@@ -60,6 +59,8 @@ def places_of_effect(
         taken = friction_channels(base) if specs else set()  # added to the friction it is added to the channel
         moving = [c for c in channels if units[c] in MOTION_UNITS or not about.motion_only]
         specs += [f"{module.NAME}@{c}" for c in moving if c not in taken]
+    if module.NAME in play_before_friction(base, channels):
+        specs.append(f"{module.NAME}@{base.motion}")
     found = []
     for spec, columns in product(specs, _columns(base, module, drives)):
         if spec == module.NAME and any(d.signal in about.at_outputs for d in read_drives(columns, module)):
@@ -102,7 +103,6 @@ def not_applicable(model: Kernel, channels: Sequence[str]) -> dict[str, str]:
     """
     attached = tuple(getattr(model.module, "EFFECTS", ()))
     base, drives, found = kernel(model.name), drives_of(model), {}
-    plays = play_before_friction(base, channels)
     for module in EFFECTS:
         if module.NAME in map(id_of, attached):
             found[module.NAME] = "it is in the model as given"
@@ -110,16 +110,14 @@ def not_applicable(model: Kernel, channels: Sequence[str]) -> dict[str, str]:
             found[module.NAME] = f"it needs {missing}, which these runs of {base.name} have not"
         elif module.ABOUT.role != "read" and not places_of_effect(base, module, channels, drives):
             acts = "friction" if "friction" in module.ABOUT.looked_for else "a position"
-            nowhere = f"it acts on {acts}, which is in none of {', '.join(channels)}"
-            found[module.NAME] = BEFORE_FRICTION if module.NAME in plays else nowhere
+            found[module.NAME] = f"it acts on {acts}, which is in none of {', '.join(channels)}"
     return found
 
 
 def play_before_friction(model: Kernel, channels: Sequence[str]) -> tuple[str, ...]:
-    """Ids of plays that the motion may have before it comes to a friction that is measured.
+    """Ids of plays that the motion may have before it comes to a friction, which alone is measured.
 
-    They are not looked for there: friction that stands still in a gap has another curve after reversals, and no log
-    says which of the two it is.
+    Where more of the motion is measured than its friction, play shows there.
 
     Parameters
     ----------
@@ -127,7 +125,7 @@ def play_before_friction(model: Kernel, channels: Sequence[str]) -> tuple[str, .
     channels : sequence of str
         Measured ones.
     """
-    if not model.motion or not friction_channels(model) & set(channels):
+    if not model.motion or not channels or set(channels) - friction_channels(model):
         return ()
     return tuple(m.NAME for m in EFFECTS if m.ABOUT.play and "input" in m.ABOUT.places)
 

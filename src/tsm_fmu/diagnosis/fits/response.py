@@ -109,6 +109,14 @@ class Responses:
         tries = [self.extent.states(start) for _, start in starts]
         return [dict(zip((n for n, _ in starts), values, strict=True)) for values in product(*tries)]
 
+    def tries(self, acting: Acting) -> list[dict[str, float]]:
+        """Sizes of an effect on the motion that a search begins from too, by public name."""
+        if not acting.on_input:
+            return []
+        stroke = max(float(np.ptp(one.x)) for one in self.signals)
+        sizes = sizes_of(acting.attached.module).items()
+        return [{public(acting.attached, name): part * stroke} for name, size in sizes for part in size.tries]
+
     def limits(self, acting: Acting) -> dict[str, tuple[float, float]]:
         """Range of an effect's parameters by public name: beyond it the effect has another one's signature."""
         module = acting.attached.module
@@ -138,13 +146,18 @@ class Acting:
     def __init__(self, responses: Responses, attached: Attached) -> None:
         self.responses, self.attached, self.effect = responses, attached, Kernel(attached.module)
         fitted, problem, names = responses.fitted, responses.problem, [v.name for v in responses.kernel.outputs]
-        self.channel = names.index(attached.channel) if attached.channel else None
+        self.on_input = attached.channel in [v.name for v in responses.kernel.inputs]
+        self.channel = names.index(attached.channel) if attached.channel and not self.on_input else None
         self.port = None if attached.channel else responses.base.roles.friction
         parts = [
             model_part(responses.kernel, problem.params(row), run.inputs, full)
             for row, run, full in zip(fitted.table, problem.runs, responses.full, strict=True)
         ]
-        before = [self._before(part, full) for part, full in zip(parts, responses.full, strict=True)]
+        before = (
+            [c.x for c in responses.signals]
+            if self.on_input
+            else [self._before(part, full) for part, full in zip(parts, responses.full, strict=True)]
+        )
         self.before = [one[rows] for one, rows in zip(before, responses.rows, strict=True)]
         self.full = [one[rows] for one, rows in zip(responses.full, responses.rows, strict=True)]
         self.parts = [
@@ -164,7 +177,7 @@ class Acting:
         self.edges = np.cumsum([0, *(one.size for one in time)])
         self.defined = bool(np.isfinite(self.inputs).all())
         holds = self.port and responses.base.roles.held_load and fitted.values["hold"] == 1.0
-        self.held = _Held(responses, attached) if holds and self.defined else None
+        self.whole = _WholeChain(responses, attached) if (holds or self.on_input) and self.defined else None
         self.size = float(np.sqrt(np.sum(responses.flat(fitted.residuals) ** 2)))
         self._linear: dict[str, bool] = {}
         """By size parameter, whether the response grows with it: what holds for one shape holds for all."""
@@ -227,9 +240,9 @@ class Acting:
         """Change of all channels by the effect, weighted, at several sets of its values, shape (sets, n)."""
         table, used = self.effect.allowed(values)  # to values that the effect refuses: no response
         found = np.zeros((len(values), sum(rows.size for rows in self.responses.rows) * len(self.responses.weights)))
-        if self.held:
+        if self.whole:
             for i, row in zip(used, table, strict=True):
-                found[i] = self.held.change(row)
+                found[i] = self.whole.change(row)
             return found
         at_once = max(1, SIMULATED_ROWS // self.time.size)
         if len(values) == len(used) <= at_once:
@@ -303,9 +316,9 @@ class Acting:
         return np.zeros(run.time.size) if value is None else value
 
 
-class _Held:
-    """An effect on the friction of a model that holds its load: what is held comes back to the next sample, so that
-    only the chain as a whole says what the effect does.
+class _WholeChain:
+    """An effect of which only the chain as a whole says what it does: one on an input of the model, or on the friction
+    of a model that holds its load, where what is held comes back to the next sample.
 
     Parameters
     ----------

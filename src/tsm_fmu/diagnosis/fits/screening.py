@@ -61,12 +61,15 @@ class Screened:
         start of each run.
     limits : dict of str to tuple
         Range of its shape parameters, of sizes with a bound and of states at the start.
+    tries : list of dict
+        Sizes to begin from besides, of what one linear step says little of.
     """
 
     attached: Attached
     gain: float
     starts: list[Place]
     limits: dict[str, tuple[float, float]]
+    tries: Sequence[dict[str, float]] = ()
 
 
 def screen(
@@ -156,7 +159,7 @@ class _Bench:
             alike = [place() for _, place in alike]
             starts = [place for both in zip(starts, alike, strict=True) for place in both]
             starts = [one for k, one in enumerate(starts) if not any(_same(one, other) for other in starts[:k])]
-        return Screened(attached, found[0].gain, starts, self.responses.limits(acting))
+        return Screened(attached, found[0].gain, starts, self.responses.limits(acting), self.responses.tries(acting))
 
     def _promising(self, attached: Attached) -> FloatArray:
         """Where the best of many shapes are, the best few improved."""

@@ -16,6 +16,7 @@ from ...effects import breakaway_ageing
 from ...effects.about import Family
 from ...kernels.arrays import FloatArray
 from ...kernels.kernel import Kernel
+from ...regression.threads import together
 from ..runs.motion_signals import Coordinates
 from .library import LAGS, SPEEDS, folds
 from .predictable import share_left_out
@@ -88,7 +89,7 @@ def _functions(
         "history": _history, "direction": _direction, "sensor": _sensor,
     }  # fmt: skip
     for family, way in ways.items():
-        per_run = [way(sizes, c, y) for c, y in zip(places, outputs, strict=True)]
+        per_run = together(lambda one, way=way: way(sizes, *one), list(zip(places, outputs, strict=True)))
         if per_run[0]:
             yield family, _joined(per_run, step)
 

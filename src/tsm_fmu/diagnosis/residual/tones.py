@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.fft import next_fast_len
 from scipy.ndimage import maximum_filter1d
 from scipy.optimize import minimize_scalar
 
 from ...kernels.arrays import FloatArray
 from ...regression.residuals import rms
+from ...regression.threads import together
 from ..criteria import EFFECT_SPREAD_SHARE, TONE_MOTION_RATIO, TONE_SHARE, TONE_STEADY_SHARE, TONE_WANDER_SHARE
 from ..evidence import Tone
 from ..runs.motion_signals import Coordinates
@@ -19,7 +21,7 @@ from ..runs.motion_signals import Coordinates
 FEWEST = 100
 """Samples of each run that a spectrum is taken of."""
 PADDING = 4
-"""Lines of a spectrum for each that its samples make: a tone lies between two of these."""
+"""Lines of a spectrum at least for each that its samples make: a tone lies between two of these."""
 
 
 def tones(
@@ -54,7 +56,7 @@ def tones(
         frequency = _loudest(times, left, lowest)
         if frequency is None:
             continue
-        of_runs = [_nearest(time, y, frequency) for time, y in zip(times, left, strict=True)]
+        of_runs = _nearest_of_runs(times, left, frequency)
         heard = [tone.at(time) for tone, time in zip(of_runs, times, strict=True)]
         size, beside = (float(rms(of)) for of in (heard, [y - tone for y, tone in zip(left, heard, strict=True)]))
         least = min(_least_share(y, tone) for y, tone in zip(left, heard, strict=True))
@@ -81,8 +83,7 @@ class RunTone:
 
     def at(self, time: FloatArray) -> FloatArray:
         """Its values at times [s], shape (n,)."""
-        phase = 2.0 * np.pi * self.frequency * time
-        return self.cos * np.cos(phase) + self.sin * np.sin(phase)
+        return np.array([self.cos, self.sin]) @ _waves(time, self.frequency)
 
 
 def tones_of_runs(
@@ -100,7 +101,7 @@ def tones_of_runs(
     frequency : float
         [Hz]
     """
-    return [_nearest(time, y, frequency) for time, y in zip(*_compared(residuals, places, c), strict=True)]
+    return _nearest_of_runs(*_compared(residuals, places, c), frequency)
 
 
 def _compared(
@@ -130,8 +131,13 @@ def _spectrum(time: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Frequencies [Hz], and the power of a signal there."""
     step = float(np.median(np.diff(time)))
     even = np.interp(np.arange(time[0], time[-1], step), time, y)  # over gaps and stamps that jitter
-    power = np.abs(np.fft.rfft(even * np.hanning(even.size), PADDING * even.size)) ** 2 / even.size
-    return np.arange(power.size) / (PADDING * even.size * step), power
+    padded = next_fast_len(PADDING * even.size, real=True)
+    power = np.abs(np.fft.rfft(even * np.hanning(even.size), padded)) ** 2 / even.size
+    return np.arange(power.size) / (padded * step), power
+
+
+def _nearest_of_runs(times: Sequence[FloatArray], left: Sequence[FloatArray], frequency: float) -> list[RunTone]:
+    return together(lambda one: _nearest(*one, frequency), list(zip(times, left, strict=True)))
 
 
 def _nearest(time: FloatArray, y: FloatArray, frequency: float) -> RunTone:
@@ -144,16 +150,24 @@ def _nearest(time: FloatArray, y: FloatArray, frequency: float) -> RunTone:
     near = float(lines[around][int(np.argmax(power[around]))]) if around.any() else frequency
 
     def missed(one: float) -> float:
-        return float(np.sum((y - _at_frequency(time, y, one).at(time)) ** 2))
+        waves = _waves(time, one)
+        return float(np.sum((y - _parts(waves, y) @ waves) ** 2))
 
     found: Any = minimize_scalar(missed, bounds=(near - 0.5 * line, near + 0.5 * line), method="bounded")
-    return _at_frequency(time, y, float(found.x))
-
-
-def _at_frequency(time: FloatArray, y: FloatArray, frequency: float) -> RunTone:
-    phase = 2.0 * np.pi * frequency * time
-    (cos, sin), *_ = np.linalg.lstsq(np.column_stack([np.cos(phase), np.sin(phase)]), y)
+    frequency = float(found.x)
+    cos, sin = _parts(_waves(time, frequency), y)
     return RunTone(frequency, float(cos), float(sin))
+
+
+def _waves(time: FloatArray, frequency: float) -> FloatArray:
+    """Cosine and sine of a frequency, shape (2, n)."""
+    phase = 2.0 * np.pi * frequency * time
+    return np.stack([np.cos(phase), np.sin(phase)])
+
+
+def _parts(waves: FloatArray, y: FloatArray) -> FloatArray:
+    """What of each of two waves is in a signal; of one that is zero at all samples nothing is."""
+    return np.linalg.lstsq(waves @ waves.T, waves @ y)[0]
 
 
 def _least_share(y: FloatArray, tone: FloatArray) -> float:

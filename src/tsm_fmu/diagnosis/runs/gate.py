@@ -13,6 +13,7 @@ from ...kernels.arrays import FloatArray
 from ...kernels.kernel import Kernel
 from ...logs.quantisation import quantisation_step
 from ...logs.record import Record
+from ...regression.threads import together
 from ..criteria import CLIPPED_SHARE, FEWEST_SAMPLES, LIMIT_TO_LEVEL_RATIO, STUCK_RUN_SHARE
 from ..evidence import Gate
 
@@ -39,8 +40,7 @@ def gate(records: Sequence[Record], model: Kernel, channels: Sequence[str], mode
     notes, refused = [], []
     motion = model.motion
     moving = False
-    for k, record in enumerate(records):
-        checked = check_record(record)
+    for k, (record, checked) in enumerate(zip(records, together(check_record, records), strict=True)):
         shown = [f for f in checked.findings if f.kind != "coverage" or len(records) == 1]
         notes += [f"{record.name}: {f.text}" for f in shown]
         if record.time.size < FEWEST_SAMPLES:
