@@ -32,6 +32,7 @@ def made(
 ) -> Hypothesis:  # fmt: skip
     """What leaves ``rmse`` (of the spread) on one channel; ``added`` are ids with blanks between, each of a size."""
     fitted: Any = SimpleNamespace(
+        model="LuGreFriction",
         spread=np.array([unit]), rmse=np.array([rmse * unit]), effects=(*added.split(), *(nuisance_specs or ())),
         problem=SimpleNamespace(shared=tuple(range(parameters)), per_run=(), declared={}, runs=[None]),
         task=Task(

@@ -147,6 +147,7 @@ def test_a_start_is_forgotten_after_some_presliding_distances(travel: float, for
         ("presliding_shape", 0.029, 0.0, True), ("presliding_shape", 0.031, 0.0, False),
         ("presliding_shape", 0.129, 0.1, True), ("presliding_shape", 0.131, 0.1, False),
         ("nonlocal_memory", 0.029, 0.0, True), ("nonlocal_memory", 0.031, 0.0, False),
+        ("backlash@v", 0.029, 0.0, True), ("backlash@v", 0.031, 0.0, False), ("backlash@F", 0.02, 0.0, False),
         ("offset_drift@F", 0.129, 0.1, True), ("offset_drift@F", 0.131, 0.1, False),
         ("inertia", 0.02, 0.0, False),
     ],
@@ -155,13 +156,14 @@ def test_nuisance_effects_are_form_up_to_what_rigs_and_reference_runs_have(
     spec: str, share: float, on_reference: float, form: bool
 ) -> None:
     spread = np.array([3.7, 0.2])
-    task: Any = SimpleNamespace(reference_removal={spec: np.array([0.01, on_reference]) * spread})
+    removed = {spec: np.array([0.01, on_reference]) * spread}
+    task: Any = SimpleNamespace(model="LuGreFriction", reference_removal=removed)
     assert corrects_model_form(spec, share, task, spread) is form
 
 
-@pytest.mark.parametrize("spec", ["presliding_shape", "nonlocal_memory"])
+@pytest.mark.parametrize("spec", ["presliding_shape", "nonlocal_memory", "smooth_backlash@v"])
 def test_without_reference_runs_more_of_a_shape_after_a_reversal_is_form(spec: str) -> None:
-    task: Any = SimpleNamespace(reference_removal={})
+    task: Any = SimpleNamespace(model="LuGreFriction", reference_removal={})
     assert corrects_model_form(spec, 0.044, task, np.array([3.7, 0.2]))
     assert not corrects_model_form(spec, 0.046, task, np.array([3.7, 0.2]))
     assert not corrects_model_form("inertia", 0.02, task, np.array([3.7, 0.2]))

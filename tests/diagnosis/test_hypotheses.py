@@ -259,8 +259,22 @@ def test_the_last_place_is_that_of_the_best_effect_of_one_parameter(last: tuple[
     specs = ("creep", "friction_lag", "stribeck", *last)
     gains = np.linspace(1.0, 0.1, len(specs)).tolist()
     listed = [Screened(attach(kernel("LuGreFriction"), s), g, [], {}) for s, g in zip(specs, gains, strict=True)]
-    found = [s.attached.spec for s in with_the_simplest(listed, 4)]
+    found = [s.attached.spec for s in with_the_simplest(listed, 4, "LuGreFriction")]
     assert found == ["creep", "friction_lag", "stribeck", taken]
-    assert with_the_simplest(listed, len(listed)) == listed
+    assert with_the_simplest(listed, len(listed), "LuGreFriction") == listed
     idle = [replace(s, gain=0.0) for s in listed]
-    assert with_the_simplest(idle, 4) == []
+    assert with_the_simplest(idle, 4, "LuGreFriction") == []
+
+
+def test_plays_before_the_friction_take_no_place_of_others() -> None:
+    specs = ("backlash@v", "creep", "smooth_backlash@v", "friction_lag", "stribeck", "wear")
+    gains = np.linspace(1.0, 0.1, len(specs)).tolist()
+    listed = [Screened(attach(kernel("LuGreFriction"), s), g, [], {}) for s, g in zip(specs, gains, strict=True)]
+    found = [s.attached.spec for s in with_the_simplest(listed, 3, "LuGreFriction")]
+    assert found == ["backlash@v", "creep", "smooth_backlash@v", "friction_lag", "stribeck"]
+
+
+@pytest.mark.parametrize(("spec", "says"), [("backlash@v", False), ("inertia", True)])
+def test_play_that_only_corrects_the_form_of_a_friction_says_nothing(best: Hypothesis, spec: str, says: bool) -> None:
+    assert not best.disguised
+    assert replace(best, form_corrections=(spec,)).disguised is not says

@@ -28,7 +28,7 @@ def said(monkeypatch: pytest.MonkeyPatch):
     floors = SimpleNamespace(without_answer=False, open_=np.zeros(1, bool), unexplained=np.zeros(1, bool))
 
     def of(effects: tuple[str, ...], nowhere: Collection[str], wandering: tuple[str, ...] = ()) -> verdict.Verdict:
-        winner = SimpleNamespace(effects=effects)
+        winner = SimpleNamespace(effects=effects, fitted=SimpleNamespace(model="LuGreFriction"))
         choice = SimpleNamespace(winner=winner, supported=[winner])
         tested = [*effects, "viscous_power"]
         return verdict.verdict_of(

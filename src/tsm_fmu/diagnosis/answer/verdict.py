@@ -15,7 +15,7 @@ from ..choice.hypotheses import Hypothesis, left_out_in_turn, with_fit
 from ..choice.supported import Choice, indistinguishable, log_residual
 from ..criteria import EFFECT_SPREAD_SHARE, FAMILY_SHARE, IDLE_SPREAD_SHARE, MUCH_LESS_RATIO
 from ..evidence import FamilyShare
-from ..fits.nuisance import after_reversal, best_refit, with_free_offsets
+from ..fits.nuisance import best_refit, is_play_before_friction, with_free_offsets
 from ..fits.quantised import with_levels, with_read
 from ..fits.refit import Fitted
 from .passivity import sign_notes
@@ -122,7 +122,7 @@ def _plays_in_doubt(winner: Hypothesis, curves: Sequence[Hypothesis]) -> list[st
 
     Of a law that looks like it, play must leave much less than the best, also of runs that were not fitted.
     """
-    plays = [id_of(s) for s in winner.effects if about(s).play and after_reversal(s, winner.fitted.model)]
+    plays = [id_of(s) for s in winner.effects if is_play_before_friction(s, winner.fitted.model)]
     if len(plays) != len(winner.effects):
         return plays  # beside another effect a curve shapes its law
     if not plays:

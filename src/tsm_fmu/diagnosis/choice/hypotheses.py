@@ -25,6 +25,7 @@ from ..fits.disguise import disguised
 from ..fits.nuisance import (
     best_refit,
     corrects_model_form,
+    is_play_before_friction,
     refit_without,
     significant_nuisances,
     unlike_references,
@@ -106,8 +107,12 @@ class Hypothesis:
 
     @cached_property
     def disguised(self) -> bool:
-        """Whether one of its effects has lost its signature: it then says nothing of what is missing."""
-        return any(disguised(self.fitted, spec) for spec in self.added)
+        """Whether one of its effects has lost its signature: it then says nothing of what is missing.
+
+        So does play before a friction that only corrects the form of the model: the curve of another friction.
+        """
+        form = [s for s in self.form_corrections if is_play_before_friction(s, self.fitted.model)]
+        return bool(form) or any(disguised(self.fitted, spec) for spec in self.added)
 
     @cached_property
     def fit_without_nuisances(self) -> Fitted:

@@ -25,7 +25,7 @@ from ..criteria import (
     RIVAL_COST_RATIO,
 )
 from ..fits.carried import STEPS as MOVE_STEPS
-from ..fits.nuisance import FIRST_STEPS, Start, begun_with, best_refit, refit_with
+from ..fits.nuisance import FIRST_STEPS, Start, begun_with, best_refit, is_play_before_friction, refit_with
 from ..fits.refit import Fitted
 from ..fits.screening import Screened
 from .form import beside, with_shapes_beside
@@ -53,13 +53,15 @@ def shortlist(screened: Sequence[Screened], most: int = REFITTED_CANDIDATES) -> 
     return found[:most]
 
 
-def with_the_simplest(screened: Sequence[Screened], most: int) -> list[Screened]:
+def with_the_simplest(screened: Sequence[Screened], most: int, model: str) -> list[Screened]:
     """`shortlist`, its last place that of the best effect of a single parameter that is not before it.
 
     One linear step favours laws of many parameters, which bend to anything: what they leave counts against them only
-    after the refit.
+    after the refit. Plays before a friction, laws of what follows a reversal that many friction models bend to, take no
+    place of others.
     """
     ranked = shortlist(screened, len(screened))
+    most += sum(is_play_before_friction(s.attached.spec, model) for s in ranked[:most])
     kept, others = ranked[: most - 1], ranked[most - 1 :]
     simplest = [s for s in others if len(sizes_of(s.attached.module)) + len(shapes_of(s.attached.module)) == 1]
     return [*kept, *(simplest or others)[:1]]
@@ -143,7 +145,7 @@ def refit_candidates(
         found = hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain, steps)
         return beside(base, s.attached.spec, found)
 
-    listed, far = with_the_simplest(screened, most), list[tuple[Screened, Fitted]]()
+    listed, far = with_the_simplest(screened, most, base.fitted.model), list[tuple[Screened, Fitted]]()
     if sum(run.time.size for run in base.fitted.problem.runs) > LONG_ROWS:
         a_little = partial(begun, steps=EARLY_STEPS, scales=base.fitted.scales)
         near, far = _near_the_best(together(a_little, listed), EARLY_RATIO)

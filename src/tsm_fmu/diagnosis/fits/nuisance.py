@@ -487,8 +487,12 @@ def unlike_references(spec: str, without: FloatArray, fitted: Fitted) -> BoolArr
 
 def after_reversal(spec: str, model: str) -> bool:
     """Whether an effect is a law of what friction does after a reversal, as play before it is too."""
-    known = about(spec)
-    return known.after_reversal or (known.play and place_of(spec)[1] == kernel(model).motion)
+    return about(spec).after_reversal or is_play_before_friction(spec, model)
+
+
+def is_play_before_friction(spec: str, model: str) -> bool:
+    """Whether an effect is play of the motion itself."""
+    return about(spec).play and place_of(spec)[1] == kernel(model).motion
 
 
 def shapes_reversals(spec: str) -> bool:

@@ -131,7 +131,7 @@ def _spectrum(time: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Frequencies [Hz], and the power of a signal there."""
     step = float(np.median(np.diff(time)))
     even = np.interp(np.arange(time[0], time[-1], step), time, y)  # over gaps and stamps that jitter
-    padded = next_fast_len(PADDING * even.size, real=True)
+    padded: Any = next_fast_len(PADDING * even.size, real=True)
     power = np.abs(np.fft.rfft(even * np.hanning(even.size), padded)) ** 2 / even.size
     return np.arange(power.size) / (padded * step), power
 
@@ -167,7 +167,7 @@ def _waves(time: FloatArray, frequency: float) -> FloatArray:
 
 def _parts(waves: FloatArray, y: FloatArray) -> FloatArray:
     """What of each of two waves is in a signal; of one that is zero at all samples nothing is."""
-    return np.linalg.lstsq(waves @ waves.T, waves @ y)[0]
+    return np.asarray(np.linalg.lstsq(waves @ waves.T, waves @ y)[0], dtype=float)
 
 
 def _least_share(y: FloatArray, tone: FloatArray) -> float:
