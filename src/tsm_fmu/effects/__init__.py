@@ -1,9 +1,8 @@
 """The effects, one file each, and look-ups of what their files say.
 
 `EFFECTS` is the registry: chains, diagnosis, command line and tests iterate over it, and nothing outside this folder
-names an effect, but the families of a residual, whose functions of the history hold the law of contacts that age. One
-is given as ``id``, or as ``id@channel`` with its place, either with ``~column[unit]`` behind it where a column of the
-log drives it: a *spec*.
+names an effect. One is given as ``id``, or as ``id@channel`` with its place, either with ``~column[unit]`` behind it
+where a column of the log drives it: a *spec*.
 """
 
 from __future__ import annotations

@@ -151,6 +151,8 @@ class Effect(NamedTuple):
         Turns of a drum whose angle the motion is that it must make for runs without the effect to say so.
     core : tuple of str
         Sizes that make most of it, or what is left is another law.
+    among_functions : bool
+        Residuals are compared with it at many shapes: it is among the functions that tell its family.
     fitted_as : str
         Word for it where an identification fits it beside the model (``--nuisance WORD@CHANNEL``); '' if it cannot.
     words_on_motion : str
@@ -172,6 +174,7 @@ class Effect(NamedTuple):
     at_outputs: tuple[str, ...] = ()
     turns: float = 0.0
     core: tuple[str, ...] = ()
+    among_functions: bool = False
     fitted_as: str = ""
     words_on_motion: str = ""
 

@@ -29,6 +29,7 @@ ABOUT = Effect(
     places=("friction",),
     family="history",
     looks_like=("stribeck",),
+    among_functions=True,
 )
 
 

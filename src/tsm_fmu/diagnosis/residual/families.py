@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 from scipy.signal import lfilter
 
-from ...effects import breakaway_ageing
+from ...effects import EFFECTS, shapes_of, sizes_of
 from ...effects.about import Family
 from ...kernels.arrays import FloatArray
 from ...kernels.kernel import Kernel
@@ -35,9 +35,9 @@ first of them also grow with the rest before the reversal.
 """
 LAGGED = (0.01, 0.05, 0.2)
 """Time constants of a rate, as parts of the time between reversals."""
-AGEING = Kernel(breakaway_ageing)
-RENEWING, AGES = (0.01, 0.05, 0.2), (0.03, 0.3, 3.0)
-"""Ways that renew a contact, as parts of the stroke, and ages that strengthen it, of the time between reversals."""
+AMONG_FUNCTIONS = tuple(Kernel(module) for module in EFFECTS if module.ABOUT.among_functions)
+SHAPES = {"stroke": (0.01, 0.05, 0.2), "time": (0.03, 0.3, 3.0), "number": (0.0, 1.0)}
+"""Shapes of these effects, by scale: parts of the stroke, and of the time between reversals."""
 
 
 def family_shares(
@@ -179,17 +179,19 @@ def _history(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
     return [
         *(c.s * f for f in after), *(c.s * log_dwell * f for f in after[:AFTER_REST]), c.z * log_dwell,
         *(u - _lag(u, c, tau) for tau in lags), *(c.s - _lag(c.s, c, tau) for tau in lags),
-        *(c.z * (w - _lag(w, c, part * r.pace)) for part in LAGGED), *_aged(r, c),
+        *(c.z * (w - _lag(w, c, part * r.pace)) for part in LAGGED), *_of_effects("history", r, c),
     ]  # fmt: skip
 
 
-def _aged(r: _Sizes, c: Coordinates) -> Iterator[FloatArray]:
-    """Friction of contacts that age, which shows at the hold or after it."""
-    columns = {"y": np.zeros(c.x.size), "x": c.x, "z": c.z, "x_pre": c.x_pre}
-    inputs = np.column_stack([columns[v.name] for v in AGEING.inputs])
-    for way, age, rest in product(RENEWING, AGES, (0.0, 1.0)):
-        values = {"B": 1.0, "D_c": way * r.stroke, "theta_0": age * r.pace, "rest": rest}
-        yield AGEING.simulate(AGEING.params(values=values), c.time, inputs)[:, 0]
+def _of_effects(family: Family, r: _Sizes, c: Coordinates) -> Iterator[FloatArray]:
+    """What effects of a family make that are among its functions, each of a size of one."""
+    unit = {"stroke": r.stroke, "time": r.pace, "number": 1.0}
+    for effect in (one for one in AMONG_FUNCTIONS if one.module.ABOUT.family == family):
+        columns = [np.zeros(c.x.size) if v.name == "y" else getattr(c, v.name) for v in effect.inputs]
+        shapes, sizes = shapes_of(effect.module), dict.fromkeys(sizes_of(effect.module), 1.0)
+        for parts in product(*(SHAPES[shape.scale] for shape in shapes.values())):
+            values = {n: q * unit[shape.scale] for (n, shape), q in zip(shapes.items(), parts, strict=True)}
+            yield effect.simulate(effect.params(values=sizes | values), c.time, np.column_stack(columns))[:, 0]
 
 
 def _direction(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
