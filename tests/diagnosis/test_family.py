@@ -14,7 +14,7 @@ from tsm_fmu.diagnosis.answer.family import contradicted, families_of, family_ev
 from tsm_fmu.diagnosis.answer.sentence import answer
 from tsm_fmu.diagnosis.evidence import FamilyShare, Gap
 from tsm_fmu.diagnosis.fits.refit import Task, as_given
-from tsm_fmu.diagnosis.residual.families import family_shares
+from tsm_fmu.diagnosis.residual.families import Functions, family_shares
 from tsm_fmu.diagnosis.result import Diagnosis
 from tsm_fmu.diagnosis.runs.motion_signals import Coordinates, coordinates_of
 from tsm_fmu.effects import EFFECTS, FAMILIES, about, words
@@ -55,7 +55,7 @@ def test_the_family_of_a_law_predicts_most_of_it(family: str) -> None:
     size = 0.1 * float(np.std(np.concatenate(law)))
     noisy = [y + size * rng.normal(size=y.size) for y in law]
     outputs = [0.7 * c.z + 1.3 * c.v for c in where]
-    shares = family_shares(noisy, outputs, where, np.empty((sum(y.size for y in law), 0)))
+    shares = family_shares(noisy, outputs, Functions(where), np.empty((sum(y.size for y in law), 0)))
     assert max(shares, key=lambda f: shares[f]) == family
     assert shares[family] > 0.6
 
@@ -64,7 +64,7 @@ def test_a_late_signal_is_a_law_of_the_sensor() -> None:
     where = runs()
     outputs = [0.3 * np.tanh(c.z) + 8.1 * c.x for c in where]
     late = [y - np.interp(c.time - 0.023, c.time, y) for c, y in zip(where, outputs, strict=True)]
-    shares = family_shares(late, outputs, where, np.empty((sum(y.size for y in late), 0)))
+    shares = family_shares(late, outputs, Functions(where), np.empty((sum(y.size for y in late), 0)))
     assert max(shares, key=lambda f: shares[f]) == "sensor"
 
 
@@ -72,7 +72,7 @@ def stroke_and_hold(seed: int, count: int = 4) -> list[Coordinates]:
     """Strokes of one to three seconds with rests of up to four seconds between them."""
     rng, found = np.random.default_rng(seed), []
     for _ in range(count):
-        x, v, at = [], [], 0.0
+        x, at = [], 0.0
         while len(x) < 2400:
             to, moving, still = (
                 0.047 * rng.uniform(-1.0, 1.0),
@@ -110,7 +110,9 @@ def test_what_happens_at_one_place_after_a_reversal_or_ages_is_a_law_of_the_hist
     left = [law(c) for c in where]
     size = 0.3 * float(np.std(np.concatenate(left)))
     noisy = [y + size * rng.normal(size=y.size) for y in left]
-    shares = family_shares(noisy, [0.7 * c.z for c in where], where, np.concatenate([c.z for c in where])[:, None])
+    shares = family_shares(
+        noisy, [0.7 * c.z for c in where], Functions(where), np.concatenate([c.z for c in where])[:, None]
+    )
     history = shares.pop("history")
     assert history > 0.5
     assert history > 1.2 * max(shares.values()), shares
@@ -122,15 +124,15 @@ def test_noise_is_no_law_and_what_the_parameters_do_is_none() -> None:
     outputs = [c.z for c in where]
     rows = sum(c.x.size for c in where)
     noise = [rng.normal(size=c.x.size) for c in where]
-    assert max(family_shares(noise, outputs, where, np.empty((rows, 0))).values()) < 0.05
+    assert max(family_shares(noise, outputs, Functions(where), np.empty((rows, 0))).values()) < 0.05
     done = [np.tanh(c.v / 0.05) for c in where]
     left = [0.3 * y + 0.01 * rng.normal(size=y.size) for y in done]
-    assert max(family_shares(left, outputs, where, np.concatenate(done)[:, None]).values()) < 0.05
+    assert max(family_shares(left, outputs, Functions(where), np.concatenate(done)[:, None]).values()) < 0.05
 
 
 def test_without_a_load_nothing_is_said_of_it() -> None:
     where = [replace(c, load=None) for c in runs(count=2)]
-    shares = family_shares([c.x for c in where], [c.x for c in where], where, np.empty((4800, 0)))
+    shares = family_shares([c.x for c in where], [c.x for c in where], Functions(where), np.empty((4800, 0)))
     assert set(FAMILIES) - set(shares) == {"load"}
 
 

@@ -90,8 +90,8 @@ def test_functions_of_a_family_are_the_same_in_any_unit(length, seconds, force, 
     where = made(load=load)
     outputs = [3.0 + np.sin(np.arange(c.x.size)) for c in where]
     scaled = [in_other_units(c, length, seconds, force) for c in where]
-    found = dict(families._functions(where, outputs))
-    other = dict(families._functions(scaled, [output * y for y in outputs]))
+    found = families.Functions(where, 1).of_all(outputs)
+    other = families.Functions(scaled, 1).of_all([output * y for y in outputs])
     assert (
         list(found)
         == list(other)
@@ -113,7 +113,7 @@ def test_functions_change_sense_with_the_motion_or_stay(family: str) -> None:
     where = made(load=False, level=0.0)
     turned = [replace(c, x=-c.x, v=-c.v, a=-c.a, s=-c.s, z=-c.z) for c in where]
     outputs = [np.sin(np.arange(c.x.size)) for c in where]
-    columns, other = (dict(families._functions(p, outputs))[family] for p in (where, turned))
+    columns, other = (families.Functions(p, 1).of_all(outputs)[family] for p in (where, turned))
     basis = np.linalg.qr(np.column_stack([columns, np.ones(len(columns))]))[0]
     left = other - basis @ (basis.T @ other)
     assert np.linalg.norm(left, axis=0).max() < 1e-6 * np.linalg.norm(other, axis=0).max()
@@ -123,7 +123,7 @@ def test_a_position_is_anything_over_the_stroke_and_a_speed_any_of_these_laws() 
     """What a family holds, each law as papers write it: the regression finds it among the functions, exactly."""
     where = made()
     outputs = [np.sin(np.arange(c.x.size)) for c in where]
-    found = dict(families._functions(where, outputs))
+    found = families.Functions(where, 1).of_all(outputs)
     x, v, a, z, s = (np.concatenate([getattr(c, n) for c in where]) for n in ("x", "v", "a", "z", "s"))
     time = np.concatenate([c.time - c.time[0] for c in where])
     load = np.concatenate([c.load for c in where if c.load is not None])

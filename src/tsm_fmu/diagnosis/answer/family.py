@@ -25,7 +25,7 @@ from ..criteria import (
 from ..evidence import FamilyShare
 from ..fits.refit import Fitted
 from ..fits.response import normalised, places_of
-from ..residual.families import family_shares
+from ..residual.families import Functions, family_shares
 
 
 def family_evidence(fitted: Fitted, runs: Sequence[FitRun]) -> tuple[FamilyShare, ...]:
@@ -39,12 +39,12 @@ def family_evidence(fitted: Fitted, runs: Sequence[FitRun]) -> tuple[FamilyShare
         All samples of its runs.
     """
     whole = fitted.at(runs)
-    problem, places = whole.problem, places_of(whole)
+    problem, functions = whole.problem, Functions(places_of(whole))
     moves, found = _moves(fitted, problem.runs), []
     for c, channel in enumerate(problem.channels):
         residuals = [r[:, c] for r in whole.residuals]
         outputs = [run.targets[:, c] - r for run, r in zip(problem.runs, residuals, strict=True)]
-        shares = family_shares(residuals, outputs, places, normalised(moves[:, c]))
+        shares = family_shares(residuals, outputs, functions, normalised(moves[:, c]))
         found += [FamilyShare(family, channel, share) for family, share in shares.items()]
     return tuple(sorted(found, key=lambda f: -f.share))
 

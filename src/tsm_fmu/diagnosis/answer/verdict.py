@@ -123,10 +123,8 @@ def _plays_in_doubt(winner: Hypothesis, curves: Sequence[Hypothesis]) -> list[st
     Of a law that looks like it, play must leave much less than the best, also of runs that were not fitted.
     """
     plays = [id_of(s) for s in winner.effects if is_play_before_friction(s, winner.fitted.model)]
-    if len(plays) != len(winner.effects):
+    if not plays or len(plays) < len(winner.effects):
         return plays  # beside another effect a curve shapes its law
-    if not plays:
-        return []
     best = min(curves, key=log_residual)
     left = [(winner.measured, best.measured)]
     if winner.held_out is not None and best.held_out is not None:

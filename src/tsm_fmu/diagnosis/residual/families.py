@@ -7,6 +7,7 @@ They are numbers of about unit size, without texts: for a formula see `library`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -41,33 +42,65 @@ SHAPES = {"stroke": (0.01, 0.05, 0.2), "time": (0.03, 0.3, 3.0), "number": (0.0,
 
 
 def family_shares(
-    residuals: Sequence[FloatArray], outputs: Sequence[FloatArray], places: Sequence[Coordinates],
-    imitated: FloatArray,
-) -> dict[Family, float]:  # fmt: skip
+    residuals: Sequence[FloatArray], outputs: Sequence[FloatArray], functions: Functions, imitated: FloatArray
+) -> dict[Family, float]:
     """Share of one channel's residual that each family's functions predict on parts that were left out.
 
     Parameters
     ----------
     residuals, outputs : sequence of ndarray, shape (n,)
         What the fitted model leaves and gives, one array a run.
-    places : sequence of Coordinates
-        At the same samples.
+    functions : Functions
+        Of the motion at the same samples, for all channels.
     imitated : ndarray, shape (samples of all runs, k)
         What the model's parameters can do, which a fit has taken already.
     """
-    step = max(1, sum(r.size for r in residuals) // ROWS)
-    rows = np.concatenate([np.arange(r.size) % step == 0 for r in residuals])
-    common = [_joined([(np.ones(c.z.size), c.z, c.s) for c in places], step), imitated[rows]]
-    basis = np.linalg.qr(np.column_stack(common))[0]
+    rows = np.concatenate([np.arange(r.size) % functions.step == 0 for r in residuals])
+    basis = np.linalg.qr(np.column_stack([functions.common, imitated[rows]]))[0]
     y = _outside(np.concatenate(residuals)[rows], basis)
     fold = folds([r.size for r in residuals])[rows]
     found: dict[Family, float] = {}
-    for family, columns in _functions(places, outputs, step):
+    for family, columns in functions.of_all(outputs).items():
         x = _outside(columns, basis)
         size = np.sqrt(np.mean(x**2, axis=0))
         x = x[:, size > 1e-6] / size[size > 1e-6]
         found[family] = float(share_left_out(x, y[:, None], fold, DAMPING)[0]) if x.size else 0.0
     return found
+
+
+class Functions:
+    """The functions of each family as columns, made of all samples; of these every ``step``-th, run by run.
+
+    Parameters
+    ----------
+    places : sequence of Coordinates
+        One a run.
+    step : int, optional
+        By default what leaves about `ROWS` samples.
+    """
+
+    def __init__(self, places: Sequence[Coordinates], step: int | None = None) -> None:
+        self.places = places
+        self.step = step or max(1, sum(c.x.size for c in places) // ROWS)
+        self.sizes = _Sizes(places)
+        self.common = _joined([(np.ones(c.z.size), c.z, c.s) for c in places], self.step)
+        ways: dict[Family, Callable[[_Sizes, Coordinates], list[FloatArray]]] = {
+            "position": _position, "speed": _speed, "acceleration": _acceleration, "load": _load, "time": _time,
+            "history": _history, "direction": _direction,
+        }  # fmt: skip
+        self._of_motion: dict[Family, FloatArray] = {}
+        for family, way in ways.items():
+            per_run = together(partial(way, self.sizes), places)
+            if per_run[0]:
+                self._of_motion[family] = _joined(per_run, self.step)
+
+    def of_all(self, outputs: Sequence[FloatArray]) -> dict[Family, FloatArray]:
+        """Those of the motion, which all channels have in common, and of the sensor of one, by what its model gives."""
+        y = np.concatenate(outputs)
+        mean, size = float(y.mean()), float(y.std()) or 1.0
+        per_run = [_sensor(self.sizes, c, (one - mean) / size) for c, one in zip(self.places, outputs, strict=True)]
+        of_sensor: dict[Family, FloatArray] = {"sensor": _joined(per_run, self.step)}
+        return self._of_motion | of_sensor
 
 
 def _joined(per_run: Sequence[Sequence[FloatArray]], step: int) -> FloatArray:
@@ -79,25 +112,10 @@ def _outside(columns: FloatArray, basis: FloatArray) -> FloatArray:
     return columns - basis @ (basis.T @ columns)
 
 
-def _functions(
-    places: Sequence[Coordinates], outputs: Sequence[FloatArray], step: int = 1
-) -> Iterator[tuple[Family, FloatArray]]:
-    """The functions of each family as columns, made of all samples; of these every ``step``-th, run by run."""
-    sizes = _Sizes(places, outputs)
-    ways: dict[Family, Callable[[_Sizes, Coordinates, FloatArray], list[FloatArray]]] = {
-        "position": _position, "speed": _speed, "acceleration": _acceleration, "load": _load, "time": _time,
-        "history": _history, "direction": _direction, "sensor": _sensor,
-    }  # fmt: skip
-    for family, way in ways.items():
-        per_run = together(lambda one, way=way: way(sizes, *one), list(zip(places, outputs, strict=True)))
-        if per_run[0]:
-            yield family, _joined(per_run, step)
-
-
 class _Sizes:
     """What the coordinates are divided by."""
 
-    def __init__(self, places: Sequence[Coordinates], outputs: Sequence[FloatArray]) -> None:
+    def __init__(self, places: Sequence[Coordinates]) -> None:
         x = np.concatenate([c.x for c in places])
         self.low, self.span = float(x.min()), float(np.ptp(x)) or 1.0
         self.stroke = max(float(np.ptp(c.x)) for c in places) or 1.0
@@ -111,17 +129,15 @@ class _Sizes:
         self.loads = np.maximum(np.max(np.abs(loads), axis=0), 1e-300)
         warm = np.concatenate([c.temperatures if c.temperatures.size else np.empty((c.x.size, 0)) for c in places])
         self.mild, self.warming = warm.mean(axis=0), np.maximum(np.ptp(warm, axis=0), 1e-300)
-        y = np.concatenate(outputs)
-        self.y_mean, self.y = float(y.mean()), float(y.std()) or 1.0
 
 
-def _position(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
+def _position(r: _Sizes, c: Coordinates) -> list[FloatArray]:
     x = (c.x - r.low) / r.span
     hats = _hats(x, HATS)
     return [*hats, *(c.z * hat for hat in hats), (x - 0.5) * c.v / r.v, (x - 0.5) ** 2 * c.v / r.v]
 
 
-def _speed(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
+def _speed(r: _Sizes, c: Coordinates) -> list[FloatArray]:
     w, s = c.v / r.v, np.abs(c.v) / r.v
     return [
         w, w * s, w**3, c.s * np.sqrt(s), c.z * s, c.z * s * s, np.arcsinh(10.0 * w), np.arcsinh(40.0 * w),
@@ -129,7 +145,7 @@ def _speed(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
     ]  # fmt: skip
 
 
-def _acceleration(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
+def _acceleration(r: _Sizes, c: Coordinates) -> list[FloatArray]:
     b = c.a / r.a
     forth, faster = (c.v > 0.0).astype(float), (c.a * c.v > 0.0).astype(float)
     short, sized = np.tanh(b / 0.3), np.abs(np.tanh(b / 0.3))
@@ -146,7 +162,7 @@ def _loads(c: Coordinates) -> FloatArray:
     return np.column_stack([*model_load, *c.driven.T]) if model_load or c.driven.size else np.empty((c.x.size, 0))
 
 
-def _load(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
+def _load(r: _Sizes, c: Coordinates) -> list[FloatArray]:
     return [f for load in (_loads(c) / r.loads).T for f in _load_laws(r, c, load)]
 
 
@@ -161,7 +177,7 @@ def _load_laws(r: _Sizes, c: Coordinates, load: FloatArray) -> list[FloatArray]:
     ]  # fmt: skip
 
 
-def _time(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
+def _time(r: _Sizes, c: Coordinates) -> list[FloatArray]:
     t, s = (c.time - c.time[0]) / r.length, np.abs(c.v) / r.v
     way = np.cumsum(np.abs(np.diff(c.x, prepend=c.x[0]))) / r.travel
     warm = [_lag(s / (s + 0.1), c, part * r.length) for part in (0.1, 0.3)]
@@ -170,7 +186,7 @@ def _time(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
     return [*fades, *(c.z * f for f in fades), *(c.v / r.v * f for f in fades[2:4])]
 
 
-def _history(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
+def _history(r: _Sizes, c: Coordinates) -> list[FloatArray]:
     shortest, longest = (part * r.stroke for part in WAYS)
     way = np.log(np.clip(c.since_reversal, shortest, longest) / shortest) / np.log(longest / shortest)
     after = _hats(way, AFTER_REVERSAL)
@@ -187,21 +203,21 @@ def _of_effects(family: Family, r: _Sizes, c: Coordinates) -> Iterator[FloatArra
     """What effects of a family make that are among its functions, each of a size of one."""
     unit = {"stroke": r.stroke, "time": r.pace, "number": 1.0}
     for effect in (one for one in AMONG_FUNCTIONS if one.module.ABOUT.family == family):
-        columns = [np.zeros(c.x.size) if v.name == "y" else getattr(c, v.name) for v in effect.inputs]
+        signals = [np.zeros(c.x.size) if v.name == "y" else getattr(c, v.name) for v in effect.inputs]
+        inputs = np.column_stack(signals)
         shapes, sizes = shapes_of(effect.module), dict.fromkeys(sizes_of(effect.module), 1.0)
         for parts in product(*(SHAPES[shape.scale] for shape in shapes.values())):
             values = {n: q * unit[shape.scale] for (n, shape), q in zip(shapes.items(), parts, strict=True)}
-            yield effect.simulate(effect.params(values=sizes | values), c.time, np.column_stack(columns))[:, 0]
+            yield effect.simulate(effect.params(values=sizes | values), c.time, inputs)[:, 0]
 
 
-def _direction(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
+def _direction(r: _Sizes, c: Coordinates) -> list[FloatArray]:
     s, forth = np.abs(c.v) / r.v, (c.v > 0.0).astype(float)
     both = [s, s * s, np.sqrt(s)]
     return [forth, np.abs(c.z), *both, *(forth * f for f in both)]
 
 
-def _sensor(r: _Sizes, c: Coordinates, y: FloatArray) -> list[FloatArray]:
-    u = (y - r.y_mean) / r.y
+def _sensor(r: _Sizes, c: Coordinates, u: FloatArray) -> list[FloatArray]:
     rate = np.gradient(u, c.time) * r.pace
     return [u, rate, np.gradient(rate, c.time) * r.pace, rate * (c.time - c.time[0]) / r.length]
 
