@@ -107,6 +107,17 @@ def test_functions_of_a_family_are_the_same_in_any_unit(length, seconds, force, 
         assert np.isfinite(columns).all()
 
 
+@pytest.mark.parametrize("step", [3, 7])
+def test_at_fewer_samples_functions_are_those_of_all_of_them(step: int) -> None:
+    where = made()
+    outputs = [3.0 + np.sin(np.arange(c.x.size)) for c in where]
+    every, few = (families.Functions(where, n) for n in (1, step))
+    kept = np.concatenate([np.arange(c.x.size) % step == 0 for c in where])
+    assert np.array_equal(few.common, every.common[kept])
+    for family, columns in few.of_all(outputs).items():
+        assert np.array_equal(columns, every.of_all(outputs)[family][kept]), family
+
+
 @pytest.mark.parametrize("family", ["speed", "acceleration", "time", "history", "direction", "position"])
 def test_functions_change_sense_with_the_motion_or_stay(family: str) -> None:
     """x, v, a, s, z of the other sign: each function is the same, or of the other sign, or one of its family."""

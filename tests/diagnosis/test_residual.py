@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from scipy.stats import chi2, gamma
 
+from tsm_fmu.diagnosis.residual import formula as formula_module
 from tsm_fmu.diagnosis.residual.dependence import _blocks, _interval, _means, dependence
 from tsm_fmu.diagnosis.residual.formula import formula
 from tsm_fmu.diagnosis.residual.library import Term, _different, _Runs, library
@@ -22,7 +25,7 @@ from tsm_fmu.diagnosis.residual.sparse import (
     fewest_terms,
     sums,
 )
-from tsm_fmu.diagnosis.residual.surrogates import background, surrogates, tail
+from tsm_fmu.diagnosis.residual.surrogates import SMALLEST, background, surrogates, tail
 from tsm_fmu.diagnosis.runs.motion_signals import Coordinates
 
 DT = 0.01
@@ -273,6 +276,27 @@ def test_a_formula_that_predicts_too_little_is_empty_and_says_how_much() -> None
     power = 0.49 * np.mean(np.concatenate([c.v for c in where]) ** 2)
     assert found.share == pytest.approx(power / (power + 0.0025), abs=0.01)
     assert found.p < 0.02
+
+
+def test_a_formula_beyond_doubt_is_compared_with_a_third_of_the_noises(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One beside noise that wanders with all: its chance is not that of a few."""
+    where, rng, seen = [drive(), drive(shift=0.9), drive(shift=2.0)], np.random.default_rng(31), list[int]()
+    real = formula_module._of_noise
+
+    def counted(*given: Any) -> float:
+        seen.append(1)
+        return real(*given)
+
+    monkeypatch.setattr(formula_module, "_of_noise", counted)
+    law = [0.7 * c.v + 0.05 * rng.normal(size=c.x.size) for c in where]
+    assert formula(law, where, "N", "m", "1").p == SMALLEST
+    assert len(seen) == 13
+    seen.clear()
+    rng = np.random.default_rng(32)
+    slow = [lfilter([0.243], [1.0, -0.97], rng.normal(size=c.x.size)) for c in where]
+    weak = [y + 0.5 * c.v / np.sqrt(np.mean(c.v**2)) for c, y in zip(where, slow, strict=True)]
+    assert SMALLEST < formula(weak, where, "N", "m", "1").p < 0.02
+    assert len(seen) == 39
 
 
 def test_what_coordinates_predict_is_judged_where_it_was_not_fitted() -> None:

@@ -27,12 +27,13 @@ from .sparse import (
     fewest_terms,
     sums,
 )
-from .surrogates import surrogates, tail
+from .surrogates import SMALLEST, surrogates, tail
 
 LEADING = 2
 """Coordinates shown for a channel."""
 ROWS = 4000
-NULLS = 39
+FEW_NULLS, NULLS = 13, 39
+"""Noises that a formula is compared with; so few where these leave no doubt."""
 
 
 def shapes(
@@ -100,8 +101,11 @@ def formula(
         return Formula(share=max(share, 0.0))
     rng = np.random.default_rng(seed)
     noise = np.concatenate([surrogates(p, NULLS, rng) for p in parts])
-    by_chance = [_of_noise(data, matrix, noise[:, k], fold) for k in range(NULLS)]
+    by_chance = [_of_noise(data, matrix, noise[:, k], fold) for k in range(FEW_NULLS)]
     p = tail(share, np.array(by_chance))
+    if p > SMALLEST:
+        by_chance += [_of_noise(data, matrix, noise[:, k], fold) for k in range(FEW_NULLS, NULLS)]
+        p = tail(share, np.array(by_chance))
     if p > FORMULA_P:
         return Formula(share=share, p=p)
     count = fewest_terms(shares)
