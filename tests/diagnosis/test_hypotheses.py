@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.choice import hypotheses as module
+from tsm_fmu.diagnosis.choice import refits
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, find_significant_nuisances, hypothesis, with_fit
 from tsm_fmu.diagnosis.choice.refits import probe, refit_candidates, refit_rivals, with_the_simplest
 from tsm_fmu.diagnosis.choice.supported import with_fewer
@@ -167,6 +168,32 @@ def test_what_a_candidate_gains_on_reference_runs_is_put_back(rig: Rig, known: d
     (nothing,) = refit_candidates(base, screened(base.fitted), [], same)
     assert nothing.fitted.rmse[0] < 0.5 * base.fitted.rmse[0]
     assert nothing.measured == pytest.approx(base.measured, rel=0.1)  # the reference runs lack it as much
+
+
+@pytest.mark.parametrize(("there", "to_the_end"), [(0.0, False), (MASS, True)])
+def test_what_a_candidate_gains_on_reference_runs_begins_where_it_is_on_the_measured_ones(
+    rig: Rig, task: Task, there: float, to_the_end: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is refitted to the end there where it gains something."""
+    base = hypothesis((), refit(task, (), {}), (), [])
+    reference = refit(replace(task, runs=[rig(80, inertia=there), rig(81, inertia=there)]), (), {})
+    begun, ended = list[Screened](), list[Fitted]()
+    first, last = refits.begun_with, refits.refit_with
+
+    def counted(fitted: Fitted, one: Screened, *given: Any, **options: Any) -> Fitted:
+        begun.extend([one] if fitted is reference else [])
+        return first(fitted, one, *given, **options)
+
+    def to_end(fitted: Fitted, *given: Any, **options: Any) -> Fitted:
+        ended.append(fitted)
+        return last(fitted, *given, **options)
+
+    monkeypatch.setattr(refits, "begun_with", counted)
+    monkeypatch.setattr(refits, "refit_with", to_end)
+    (found,) = refit_candidates(base, screened(base.fitted), [], reference)
+    assert found.fitted.values["inertia.m"] == pytest.approx(MASS, rel=0.05)
+    assert [one.starts for one in begun] == [[({"inertia.m": found.fitted.values["inertia.m"]}, {})]]
+    assert (reference in ended) is to_the_end
 
 
 def test_a_refit_from_values_near_by_looks_for_no_scales(

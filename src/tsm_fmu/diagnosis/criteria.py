@@ -225,6 +225,10 @@ left before: later ones seldom gain as much."""
 EARLY_RATIO = 4.0
 """Of many samples those that leave this many times what the best one leaves are left out after two steps."""
 
+REFERENCE_GAIN_SHARE = 0.02
+"""On reference runs a candidate is refitted to the end if its first steps there gain this part of the mean square that
+the measured runs leave: less changes no choice, even if later steps double it."""
+
 PLACES_OF_AN_EFFECT = 2
 """Places of one effect among these."""
 

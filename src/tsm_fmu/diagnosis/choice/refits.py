@@ -21,6 +21,7 @@ from ..criteria import (
     PLACES_OF_AN_EFFECT,
     PROBED_CANDIDATES,
     PROMISING_RATIO,
+    REFERENCE_GAIN_SHARE,
     REFITTED_CANDIDATES,
     RIVAL_COST_RATIO,
 )
@@ -28,6 +29,7 @@ from ..fits.carried import STEPS as MOVE_STEPS
 from ..fits.nuisance import FIRST_STEPS, Start, begun_with, best_refit, is_play_before_friction, refit_with
 from ..fits.refit import Fitted
 from ..fits.screening import Screened
+from ..fits.takeover import Place
 from .form import beside, with_shapes_beside
 from .hypotheses import Hypothesis, hypothesis, with_fit
 
@@ -137,11 +139,13 @@ def refit_candidates(
         s, fitted = one
         return refit_with(base.fitted, s, base.nuisances, (starts or {}).get(s.attached.spec), begun=fitted)
 
-    def judged(one: tuple[Screened, Fitted], way: Callable[..., Fitted], steps: int) -> Hypothesis:
+    def judged(one: tuple[Screened, Fitted], steps: int, near: bool) -> Hypothesis:
         s, fitted = one
         gain = base.reference_gain
         if reference_fit is not None:
-            gain = gain + _gained(reference_fit, s, base.nuisances, way)
+            least = REFERENCE_GAIN_SHARE * base.fitted.rmse**2 if near else np.inf
+            there = replace(s, starts=[_own_values(fitted, [s.attached.spec])], tries=())
+            gain = gain + _gained(reference_fit, there, base.nuisances, least)
         found = hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain, steps)
         return beside(base, s.attached.spec, found)
 
@@ -155,8 +159,8 @@ def refit_candidates(
     added = [(*base.added, s.attached.spec) for s in specs]
     fits = rivals_refitted(together(refitted, near), added, base.nuisances)
     ended = list(zip(specs, fits, strict=True))
-    found = together(lambda one: with_shapes_beside(judged(one, refit_with, MOVE_STEPS)), ended)
-    return [*found, *together(partial(judged, way=begun_with, steps=0), [*behind, *far])]
+    found = together(lambda one: with_shapes_beside(judged(one, MOVE_STEPS, near=True)), ended)
+    return [*found, *together(partial(judged, steps=0, near=False), [*behind, *far])]
 
 
 def _near_the_best(
@@ -172,15 +176,27 @@ def _near_the_best(
 
 
 def _gained(
-    reference_fit: Fitted, s: Screened, nuisances: Sequence[str],
-    way: Callable[[Fitted, Screened, Sequence[str]], Fitted],
+    reference_fit: Fitted, s: Screened, nuisances: Sequence[str], least: FloatArray | float
 ) -> FloatArray:  # fmt: skip
-    """Mean square that a candidate gains on reference runs; nothing where they cannot run with it."""
+    """Mean square that a candidate gains on reference runs; nothing where they cannot run with it.
+
+    By the first steps of a refit; by all of it where these gain at least so much of a channel.
+    """
+    before = reference_fit.rmse**2
     try:
-        on_reference = way(reference_fit, s, nuisances)
+        begun = begun_with(reference_fit, s, nuisances)
+        if (before - begun.rmse**2 > least).any():
+            begun = refit_with(reference_fit, s, nuisances, begun=begun)
     except InputError:
-        return np.zeros_like(reference_fit.rmse)
-    return np.maximum(reference_fit.rmse**2 - on_reference.rmse**2, 0.0)
+        return np.zeros_like(before)
+    return np.maximum(before - begun.rmse**2, 0.0)
+
+
+def _own_values(fitted: Fitted, specs: Sequence[str]) -> Place:
+    """What a fit found for some of its effects: their parameters, and those that each run has of its own."""
+    names = tuple(map(prefix_of, specs))
+    own = {n: v for n, v in fitted.values.items() if n.startswith(names)}
+    return own, {n: v for n, v in fitted.per_run.items() if n.startswith(names)}
 
 
 def _log_mean_square(fitted: Fitted) -> float:
@@ -234,10 +250,8 @@ def _refitted_from(
         one, own = fit
         if one is best or one.cost > RIVAL_COST_RATIO * best.cost:
             return one
-        names = tuple(map(prefix_of, own))
-        values = {**best.values, **{n: v for n, v in one.values.items() if n.startswith(names)}}
-        per_run = {**best.per_run, **{n: v for n, v in one.per_run.items() if n.startswith(names)}}
-        start, limit = (values, per_run), PROMISING_RATIO * one.cost
+        values, per_run = _own_values(one, own)
+        start, limit = ({**best.values, **values}, {**best.per_run, **per_run}), PROMISING_RATIO * one.cost
         try:
             fitted = best_refit(
                 one, one.effects, [start], nuisances, one.released, scales=one.scales, at_most=limit
