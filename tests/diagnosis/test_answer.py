@@ -167,7 +167,9 @@ def test_parameters_and_refusal() -> None:
     assert "Of tau_in they do not carry over to the held-out runs" in elsewhere
     refused = found("not_excited", gap={}, gate=Gate((), ("x_in does not move in any run",)))
     assert answer(refused) == "No answer from these runs: x_in does not move in any run."
-    assert answer(found("not_excited")).startswith("No answer from these runs: no effect that could explain it shows")
+    assert answer(found("not_excited")).startswith(
+        "No answer from these runs: their motion shows no effect that could explain it"
+    )
 
 
 def test_a_channel_that_nothing_explains_is_said_beside_the_answer() -> None:

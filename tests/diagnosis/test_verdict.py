@@ -69,7 +69,7 @@ def test_another_curve_after_reversals_is_a_set_with_play_before_the_friction(sa
 
 
 @pytest.mark.parametrize(
-    ("channel", "share", "hidden", "word"),
+    ("channel", "share", "unmoved", "word"),
     [
         ("F", 1.1 * FAMILY_SHARE, ("creep", "wear"), "unknown"),
         ("F", 0.9 * FAMILY_SHARE, ("creep", "wear"), "not_excited"),
@@ -77,7 +77,7 @@ def test_another_curve_after_reversals_is_a_set_with_play_before_the_friction(sa
         ("F", 0.0, ("creep",), "unknown"),
     ],
 )
-def test_a_gap_that_is_a_law_is_unknown_whatever_effects_the_runs_could_not_show(channel, share, hidden, word) -> None:
+def test_a_gap_that_is_a_law_is_unknown_whatever_the_motion_would_not_show(channel, share, unmoved, word) -> None:
     floors = SimpleNamespace(without_answer=True, unexplained=np.array([True, False]))
     fitted = SimpleNamespace(problem=SimpleNamespace(channels=("F", "x_out")))
     baselines = SimpleNamespace(refitted=SimpleNamespace(fitted=fitted))
@@ -89,7 +89,7 @@ def test_a_gap_that_is_a_law_is_unknown_whatever_effects_the_runs_could_not_show
         floors,
         evidence,
         ("creep", "wear"),
-        hidden,
+        unmoved,
         (),
         (),
         lambda one: more if one is fitted else one,

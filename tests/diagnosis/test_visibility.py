@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tsm_fmu.diagnosis.choice.hypotheses import hypothesis
-from tsm_fmu.diagnosis.choice.visibility import ordinary, unexcited
+from tsm_fmu.diagnosis.choice.visibility import Unseen, ordinary, unexcited
 from tsm_fmu.diagnosis.fits.disguise import disguised
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.kernels.chain import attach
@@ -44,9 +44,13 @@ def drive_run(seed: int, stroke: float = 1.3, swing: float = 0.21) -> FitRun:
     return FitRun(f"run{seed}", t, np.column_stack([x, load]), out)
 
 
-def listed(base: Fitted, effects: Sequence[str]) -> tuple[str, ...]:
+def unseen(base: Fitted, effects: Sequence[str]) -> Unseen:
     candidates = [attach(kernel(base.model), text) for text in effects]
-    return unexcited(base, candidates, hypothesis((), base, (), []))[0]
+    return unexcited(base, candidates, hypothesis((), base, (), []))
+
+
+def listed(base: Fitted, effects: Sequence[str]) -> tuple[str, ...]:
+    return unseen(base, effects).hidden
 
 
 def friction(runs: Sequence[FitRun], values: dict[str, float]) -> Fitted:
@@ -65,7 +69,7 @@ def loaded() -> Fitted:
 def test_inertia_is_unexcited_in_slow_motion_only(rig: Rig, known: dict[str, float]) -> None:
     slow, fast = (friction([rig(51, pace=pace), rig(52, pace=pace)], known) for pace in (0.06, 1.3))
     asked = ["inertia", "direction_asymmetry"]
-    assert listed(slow, asked) == ("inertia",)
+    assert listed(slow, asked) == unseen(slow, asked).unmoved == ("inertia",)
     assert listed(fast, asked) == ()
 
 
@@ -79,7 +83,9 @@ def test_what_shows_must_show_in_the_noise_whatever_the_unit(
     scaled = [replace(run, targets=unit * run.targets) for run in runs]
     forces = ("sigma0", "sigma1", "sigma2", "F_c", "F_s")
     values = {name: value * unit if name in forces else value for name, value in known.items()}
-    assert listed(friction(scaled, values), ["inertia"]) == (() if shown else ("inertia",))
+    found = unseen(friction(scaled, values), ["inertia"])
+    assert found.hidden == (() if shown else ("inertia",))
+    assert found.unmoved == (), "what is left hides it, not the motion"
 
 
 def test_a_lag_of_the_sensor_needs_speed_as_well(rig: Rig, known: dict[str, float]) -> None:

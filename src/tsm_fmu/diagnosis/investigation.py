@@ -18,7 +18,7 @@ from .answer.wander import explained_by_zeros, offsets_of, with_free_zeros, with
 from .choice.baselines import Baselines, baselines
 from .choice.search import Search, candidate_places
 from .choice.selection import Selection, select, without_names
-from .choice.visibility import unexcited
+from .choice.visibility import Unseen, unexcited
 from .criteria import FEW_SAMPLES_RATIO, MORE_SAMPLES_RATIO
 from .evidence import FamilyShare, Limit, Tone, Wander
 from .fits.placing import not_applicable
@@ -128,14 +128,14 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
         met = limits_met([before.refitted.fitted, before.given], now.runs.measured)
         if met:
             result = with_limits(result, met)
-        hidden, inapplicable = _not_excited(runs, result)
+        unseen, inapplicable = _not_excited(runs, result)
         verdict = verdict_of(
             result.baselines,
             result.choice,
             result.floors,
             now.evidence,
             [id_of(spec) for spec, _ in rows_of(result.hypotheses, result.choice, result.floors)],
-            hidden,
+            unseen.unmoved,
             inapplicable.keys(),
             now.holdout,
             _holding(now.runs, times),
@@ -160,7 +160,7 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
         heard,
         met,
         wanders,
-        not_excited=tuple(e for e in hidden if e not in answered),
+        not_excited=tuple(e for e in unseen.hidden if e not in answered),
         not_applicable={e: why for e, why in inapplicable.items() if e not in answered},
     )
 
@@ -271,11 +271,12 @@ def _less_tones(
     )
 
 
-def _not_excited(runs: PreparedRuns, result: Selection) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Ids of effects that have a place and that the runs could not show, and why the others cannot be asked about."""
+def _not_excited(runs: PreparedRuns, result: Selection) -> tuple[Unseen, dict[str, str]]:
+    """Effects that have a place and that the runs could not show, and why the others cannot be asked about, by id."""
     base = result.baselines.refitted.fitted
-    hidden, contained = unexcited(base, candidate_places(runs.model, base), result.choice.best)
+    unseen = unexcited(base, candidate_places(runs.model, base), result.choice.best)
     used = set(map(id_of, result.choice.best.effects))
-    why = {e: f"the parameters of {base.model} do what it does" for e in contained if e not in used}
+    why = {e: f"the parameters of {base.model} do what it does" for e in unseen.contained if e not in used}
     why |= {m.NAME: f"the law of {base.model} holds it" for m in EFFECTS if base.has(m.NAME)}
-    return tuple(e for e in hidden if e not in why), why | not_applicable(runs.model, runs.channels)
+    here = unseen._replace(hidden=tuple(e for e in unseen.hidden if e not in why))
+    return here, why | not_applicable(runs.model, runs.channels)

@@ -45,7 +45,7 @@ def answer(found: Diagnosis) -> str:
         text = f"No effect named. {as_sentence(_remains(found, channel))} {as_sentence(numbers)}"
         text += _family_text(found, channel, f"{TOO_LITTLE},")
     elif found.verdict == "not_excited":
-        reasons = "; ".join(found.gate.refused) or "no effect that could explain it shows in them"
+        reasons = "; ".join(found.gate.refused) or "their motion shows no effect that could explain it"
         text = f"No answer from these runs: {reasons}. {as_sentence(numbers)}"
     else:
         text = _with_gap(found, channel, numbers)

@@ -48,7 +48,7 @@ class Verdict:
 
 def verdict_of(
     baselines: Baselines, choice: Choice, floors: Floors, evidence: Sequence[FamilyShare], tested: Sequence[str],
-    hidden: Sequence[str], nowhere: Collection[str], holdout: Sequence[FitRun], holding: Callable[[Fitted], Fitted],
+    unmoved: Sequence[str], nowhere: Collection[str], holdout: Sequence[FitRun], holding: Callable[[Fitted], Fitted],
     wandering: Sequence[str], curves: Sequence[Hypothesis], progress: Callable[[str], None],
 ) -> Verdict:  # fmt: skip
     """The verdict.
@@ -62,8 +62,8 @@ def verdict_of(
         Of what the refitted model leaves.
     tested : sequence of str
         Ids of the effects that were refitted.
-    hidden : sequence of str
-        Ids of those that these runs could not show.
+    unmoved : sequence of str
+        Ids of those that the motion of these runs would not show, whatever is left of them.
     nowhere : collection of str
         Ids of those that cannot be in this model.
     holdout : sequence of FitRun
@@ -80,7 +80,7 @@ def verdict_of(
     if floors.without_answer:
         unexplained = [c for c, there in zip(refitted.problem.channels, floors.unexplained, strict=True) if there]
         law = any(e.channel in unexplained and e.share > FAMILY_SHARE for e in evidence)
-        testable = set(tested) - set(hidden)
+        testable = set(tested) - set(unmoved)
         return Verdict("unknown" if law or testable or not tested else "not_excited", refitted, refitted)
     winner, levels = choice.winner, baselines.levels
     final = holding(_final_fit(winner, holdout, progress))

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.signal import chirp
@@ -42,12 +43,26 @@ STEP, LENGTH = 0.01, 16.0
 ROWS = 3000
 
 
-def unexcited(
-    base: Fitted, candidates: Sequence[Attached], best: Hypothesis
-) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Ids of the candidates that the runs of a fit could not show at any place, in the order of the candidates.
+class Unseen(NamedTuple):
+    """Candidates that do not show, by id and in their order.
 
-    The second are those that no runs could: the model's own parameters do what they do.
+    Attributes
+    ----------
+    hidden : tuple of str
+        Those that the runs of a fit could not show at any place.
+    unmoved : tuple of str
+        Of these, those that their motion would not show if nothing were left.
+    contained : tuple of str
+        Those that no runs could: the model's own parameters do what they do.
+    """
+
+    hidden: tuple[str, ...]
+    unmoved: tuple[str, ...]
+    contained: tuple[str, ...]
+
+
+def unexcited(base: Fitted, candidates: Sequence[Attached], best: Hypothesis) -> Unseen:
+    """Which of the candidates the runs of a fit could not show.
 
     Parameters
     ----------
@@ -57,8 +72,8 @@ def unexcited(
     best : Hypothesis
         What it leaves is the noise in which a response must show.
     """
-    seen = {c.module.NAME: False for c in candidates}
-    contained = dict.fromkeys(seen, True)
+    shown, moved = ({c.module.NAME: False for c in candidates} for _ in range(2))
+    contained = dict.fromkeys(shown, True)
     short = base.at(thinned(base.problem.kernel, base.problem.runs, ROWS, ROWS // 10))
     noise = best.fitted.rmse / base.spread
     detect = np.maximum(EFFECT_SPREAD_SHARE, np.sqrt(VISIBLE_DEVIANCE / best.effective) * noise)
@@ -66,18 +81,20 @@ def unexcited(
     if any(c.module.ABOUT.turns for c in candidates):
         turning = _Compared(short, base.spread, _usable(short, 2.0 * np.pi * ORDINARY_TURNS))
 
-    def visible(one: Attached) -> tuple[bool, bool]:
+    def visible(one: Attached) -> tuple[bool, bool, bool]:
         compared = turning if one.module.ABOUT.turns else usual
         size, already = compared.visible(one)
-        shows = bool((size >= detect).any()) and compared.travel >= least_stroke(one.module)
-        shows = shows and not angle_stands(base, one)
-        return shows, already
+        can_show = compared.travel >= least_stroke(one.module) and not angle_stands(base, one)
+        shows, moves = (can_show and bool((size >= least).any()) for least in (detect, EFFECT_SPREAD_SHARE))
+        return shows, moves, already
 
-    for one, (shows, already) in zip(candidates, together(visible, candidates), strict=True):
-        seen[one.module.NAME] |= shows
+    for one, (shows, moves, already) in zip(candidates, together(visible, candidates), strict=True):
+        shown[one.module.NAME] |= shows
+        moved[one.module.NAME] |= moves
         contained[one.module.NAME] &= already
-    hidden = [n for n in seen if not seen[n]]
-    return tuple(n for n in hidden if not contained[n]), tuple(n for n in hidden if contained[n])
+    hidden = [n for n in shown if not shown[n] and not contained[n]]
+    unmoved = tuple(n for n in hidden if not moved[n])
+    return Unseen(tuple(hidden), unmoved, tuple(n for n in shown if not shown[n] and contained[n]))
 
 
 class _Compared:
