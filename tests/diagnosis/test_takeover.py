@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.diagnosis.conftest import exponential
+from tsm_fmu.diagnosis.fits import takeover
 from tsm_fmu.diagnosis.fits.nuisance import refit_without, significant_nuisances
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.diagnosis.fits.takeover import without
@@ -64,3 +66,22 @@ def test_a_zero_takes_over_an_offset_wherever_both_are(beside: Fitted, by: float
 @pytest.mark.parametrize("by", [-0.83, 0.4])
 def test_an_offset_beside_a_zero_of_the_model_is_no_effect(beside: Fitted, by: float) -> None:
     assert significant_nuisances(apart(beside, by), [OFFSET], [OFFSET]) == {}
+
+
+@pytest.mark.filterwarnings("error")
+def test_nothing_is_moved_beyond_all_numbers(beside: Fitted, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A parameter of next to no slope would have to go there: all stay where they are."""
+    real, column = takeover.output_jacobian, beside.problem.space.free.index("x_0")
+
+    def hardly(*given: Any) -> Any:
+        slopes = real(*given)
+        slopes[:, column] *= 1e-290
+        return slopes
+
+    monkeypatch.setattr(takeover, "output_jacobian", hardly)
+    far = replace(beside, table=1e35 * beside.table)
+    moved = without(far, OFFSET)
+    off = [beside.problem.fields.index(name) for name in beside.problem.fields if "offset_drift" in name]
+    kept = np.delete(moved.table, off, axis=1)
+    assert np.array_equal(kept, np.delete(far.table, off, axis=1))
+    assert (moved.table[:, off] == 0.0).all()

@@ -40,8 +40,11 @@ def without(fitted: Fitted, spec: str) -> Fitted:
     slopes = output_jacobian(problem, table, problem.weights)
     length = np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
     if np.isfinite(done).all():
-        moves = np.linalg.lstsq(slopes / length, (done * problem.weights).ravel(), rcond=INDEPENDENT)[0] / length
-        table = _moved(fitted, problem.space.free, table, moves)
+        taken = np.linalg.lstsq(slopes / length, (done * problem.weights).ravel(), rcond=INDEPENDENT)[0]
+        with np.errstate(over="ignore"):  # of slopes that are next to none, far from any answer
+            moves = taken / length
+        if np.isfinite(moves).all():
+            table = _moved(fitted, problem.space.free, table, moves)
     return Fitted(fitted.task, fitted.effects, problem, table, fitted.released)
 
 
