@@ -139,13 +139,14 @@ def refit_candidates(
         s, fitted = one
         return refit_with(base.fitted, s, base.nuisances, (starts or {}).get(s.attached.spec), begun=fitted)
 
-    def judged(one: tuple[Screened, Fitted], steps: int, near: bool) -> Hypothesis:
+    def judged(one: tuple[Screened, Fitted], near: bool) -> Hypothesis:
         s, fitted = one
         gain = base.reference_gain
         if reference_fit is not None:
             least = REFERENCE_GAIN_SHARE * base.fitted.rmse**2 if near else np.inf
             there = replace(s, starts=[_own_values(fitted, [s.attached.spec])], tries=())
             gain = gain + _gained(reference_fit, there, base.nuisances, least)
+        steps = MOVE_STEPS if near else 0
         found = hypothesis((*base.added, s.attached.spec), fitted, base.nuisances, holdout, gain, steps)
         return beside(base, s.attached.spec, found)
 
@@ -159,8 +160,8 @@ def refit_candidates(
     added = [(*base.added, s.attached.spec) for s in specs]
     fits = rivals_refitted(together(refitted, near), added, base.nuisances)
     ended = list(zip(specs, fits, strict=True))
-    found = together(lambda one: with_shapes_beside(judged(one, MOVE_STEPS, near=True)), ended)
-    return [*found, *together(partial(judged, steps=0, near=False), [*behind, *far])]
+    found = together(lambda one: with_shapes_beside(judged(one, near=True)), ended)
+    return [*found, *together(partial(judged, near=False), [*behind, *far])]
 
 
 def _near_the_best(
