@@ -88,6 +88,25 @@ def test_what_follows_a_reversal_is_missing_beyond_what_rigs_differ_in(
     assert names(choice_of([plain, one], plain)) == [(effect,) if named else ()]
 
 
+@pytest.mark.parametrize(
+    ("before", "gain", "at_work", "supported"),
+    [
+        (0.0019, 0.0013, True, {("sensor_lag@F",)}),
+        (0.0019, 0.0013, False, {("thermal",), ("sensor_lag@F",)}),  # in its place
+        (0.0066, 0.95 * CLEAN_EFFECT_SPREAD_SHARE, True, {("sensor_lag@F",)}),
+        (0.0066, 1.05 * CLEAN_EFFECT_SPREAD_SHARE, True, {("thermal",)}),
+    ],
+)
+def test_beside_a_nuisance_effect_that_is_missing_another_one_removes_what_any_must(
+    before: float, gain: float, at_work: bool, supported: set[tuple[str, ...]]
+) -> None:
+    """A small lag that explains nearly all would be the form of whatever law is put beside it, and that be the name."""
+    plain = made("", before, 0.0018, nuisance_specs={"sensor_lag@F": 0.0103}, gap=0.0123)
+    left = {"sensor_lag@F": 0.006} if at_work else {}
+    one = made("thermal", refit_without(gain, before), 0.0018, nuisance_specs=left)
+    assert set(names(choice_of([plain, one], made("", 0.0123, 0.0123)))) == supported
+
+
 @pytest.mark.parametrize(("left", "named"), [({"presliding_shape": 0.3}, False), ({}, True)])
 def test_what_takes_the_place_of_another_effect_is_no_correction(left: dict[str, float], named: bool) -> None:
     """It removes little more than the shape after a reversal did, which does nothing any more beside it."""

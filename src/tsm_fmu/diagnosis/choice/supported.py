@@ -70,8 +70,10 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
     refitted : Hypothesis
         The refitted model without those nuisance effects: what is removed is counted from it.
     """
+    plain = hypotheses[0]
     hypotheses = [h for h in hypotheses if not h.disguised]
     hypotheses = [h for h in hypotheses if not any(_predicts_worse(h, less) for less in hypotheses)]
+    hypotheses = [h for h in hypotheses if not _adds_nothing(h, plain)]
     best = min(hypotheses, key=log_residual)
     best_without = without_corrections(best, hypotheses)
     near = [h for h in hypotheses if not clearly_worse(h, best_without, refitted)]
@@ -104,6 +106,25 @@ def _predicts_worse(one: Hypothesis, less: Hypothesis) -> bool:
     worse = one.held_out - less.held_out > limit + noise
     surplus = [spec for spec in one.added if spec not in less.added]
     return bool(worse.any()) and bool((worse & np.any([one.changed_by(spec) for spec in surplus], axis=0)).any())
+
+
+def _adds_nothing(one: Hypothesis, plain: Hypothesis) -> bool:
+    """Whether effects remove less than any must beside nuisance effects that are missing: these say it all then.
+
+    Parameters
+    ----------
+    one : Hypothesis
+    plain : Hypothesis
+        The nuisance effects alone.
+    """
+    if not one.added or not plain.significant or not set(plain.significant) <= set(one.nuisances):
+        return False
+    least = (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
+    gained = [plain.measured - one.measured]
+    if one.held_out is not None and plain.held_out is not None:
+        gained.append(plain.held_out - one.held_out)
+    at_work = all(one.changed_by(spec).any() for spec in plain.significant)
+    return at_work and all((gain <= least).all() for gain in gained)
 
 
 def without_corrections(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> Hypothesis:
