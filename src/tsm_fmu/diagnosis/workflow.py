@@ -19,6 +19,7 @@ from ..regression.held_out import SETTLING
 from ..regression.problem import FitRun
 from .answer.candidates import candidates_of, rows_of, steps_of
 from .answer.clock import clock_notes
+from .answer.closest import closest_effects
 from .answer.family import families_of, not_little
 from .answer.gaps import errors_of, gaps
 from .answer.improvement import improvement_of
@@ -35,11 +36,9 @@ from .criteria import (
     FAMILY_SHARE,
     NOTABLE_RATIO,
     PRESLIDING_STROKE_SHARE,
-    STRONGEST_RATIO,
 )
 from .evidence import Candidate, Gap, Gate, NextMotion, RunComparison
 from .fits.known import compared_where_known
-from .fits.nuisance import most_removing, notably_removed
 from .fits.placing import not_applicable
 from .fits.ranges import forgetting_ranges, level_ranges
 from .fits.refit import Task, as_given
@@ -241,7 +240,7 @@ def _described(
     channel = leading_channel(diagnosis) or ""
     equivalent = [e for ids in diagnosis.equivalent for e in ids]
     telling = found.evidence if missing else not_little(found.evidence, before.refitted.fitted)
-    closest = _closest(found, missing=missing)
+    closest = closest_effects(found.selection, verdict, missing=missing)
     judged = verdict.word != "not_excited"
     families = families_of(verdict.effects, equivalent, telling, channel, closest) if judged else ()
     if verdict.word == "unknown" and channel in found.tones:
@@ -261,23 +260,6 @@ def _described(
         wanders=found.wanders,
     )
     return replace(diagnosis, answer=answer(diagnosis))
-
-
-def _closest(found: Investigation, *, missing: bool) -> tuple[str, ...]:
-    """Effects of the best hypothesis, which comes closest to what has no name.
-
-    Where something is missing and it closes as much of a channel as a named effect must; else of those that it adds to
-    the nuisance parameters, if they remove a notable part of what is left, and more than next to nothing. Where other
-    values close the gap with nuisance parameters, that which removes most.
-    """
-    best, plain = found.selection.choice.best, found.selection.hypotheses[0]
-    if found.verdict.word == "parameters":
-        most = most_removing(found.verdict.final, plain.nuisances)
-        if most:
-            return (most,)
-    if missing and (best.measured < (1.0 - STRONGEST_RATIO) * found.selection.baselines.refitted.measured).any():
-        return best.effects
-    return best.added if notably_removed(plain.measured, best.measured, best.fitted.spread).any() else ()
 
 
 def _answered(found: Investigation) -> tuple[str, ...]:
