@@ -25,9 +25,10 @@ from ..criteria import BETWEEN_SAMPLES_RATIO, REMEMBERED_SHARE
 
 STEPS = 15
 """Steps of one refit at most."""
+LEAST_CHANGE = 1e-4
+"""Change of the sum of squares at which a refit ends: gaps are compared to a hundredth."""
 REFINED_STEPS = 30
-REFINED_CHANGE = 1e-5
-"""Change of the sum of squares at which the refit of an answer ends, and its steps at most."""
+"""Steps of the refit of an answer at most: those of less than that would not add up to what it must be worth."""
 REFINED_GAIN = 0.01
 """Part of the sum of squares that it must be worth."""
 
@@ -135,7 +136,7 @@ class Fitted:
 
         The same where that is worth less than gaps are compared to: what the runs leave open would only wander.
         """
-        found = replace(self, table=descent(REFINED_STEPS, REFINED_CHANGE).refined(self.problem, self.table))
+        found = replace(self, table=descent(REFINED_STEPS).refined(self.problem, self.table))
         return found if found.cost < (1.0 - REFINED_GAIN) * self.cost else self
 
     def holding(self, more: Callable[[], Sequence[FitRun]], whole: Sequence[FitRun]) -> Fitted:
@@ -346,12 +347,9 @@ def as_given(task: Task, effects: Sequence[str]) -> Fitted:
     return Fitted(task, tuple(effects), problem, descent(STEPS).refined(problem, start))
 
 
-def descent(steps: int, change: float = 1e-4, at_most: float = math.inf) -> Descent:
-    """How refits descend.
-
-    A refit ends when a step changes the sum of squares by 1e-4: gaps are compared to a hundredth.
-    """
-    return Descent(change, 1e-6, 1e-8, steps, 1e-5, at_most)
+def descent(steps: int, at_most: float = math.inf) -> Descent:
+    """How refits descend."""
+    return Descent(LEAST_CHANGE, 1e-6, 1e-8, steps, 1e-5, at_most)
 
 
 def _per_run(kernel: Kernel, task: Task) -> tuple[str, ...]:

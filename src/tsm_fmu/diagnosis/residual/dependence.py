@@ -61,7 +61,8 @@ def _interval(number: IntArray, residual: FloatArray, block: IntArray, seed: int
     cell = block * width + number
     total = np.bincount(cell, residual, count * width).reshape(count, width)
     samples = np.bincount(cell, minlength=count * width).reshape(count, width)
-    weight = rng.multinomial(count, np.full(count, 1.0 / count), RESAMPLES)
-    resampled = (weight @ total) / np.where((weight @ samples) > 0, weight @ samples, np.nan)
+    weight = rng.multinomial(count, np.full(count, 1.0 / count), RESAMPLES).astype(float)  # integers have no BLAS
+    drawn = weight @ samples
+    resampled = (weight @ total) / np.where(drawn > 0.0, drawn, np.nan)
     low, high = np.nanquantile(resampled, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], axis=0)
     return low, high

@@ -51,8 +51,8 @@ def tones(
     found = {}
     for c, channel in enumerate(channels):
         times, left = _compared(residuals, places, c)
-        if min(time.size for time in times) < FEWEST:
-            continue
+        if min(time.size for time in times) < FEWEST or rms(left) <= EFFECT_SPREAD_SHARE * spread[c]:
+            continue  # a tone is no larger than what is left
         frequency = _loudest(times, left, lowest)
         if frequency is None:
             continue
