@@ -117,14 +117,14 @@ def _adds_nothing(one: Hypothesis, plain: Hypothesis) -> bool:
     plain : Hypothesis
         The nuisance effects alone.
     """
-    if not one.added or not plain.significant or not set(plain.significant) <= set(one.nuisances):
-        return False
-    least = (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
     gained = [plain.measured - one.measured]
     if one.held_out is not None and plain.held_out is not None:
         gained.append(plain.held_out - one.held_out)
-    at_work = all(one.changed_by(spec).any() for spec in plain.significant)
-    return at_work and all((gain <= least).all() for gain in gained)
+    least = (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
+    if not one.added or any((gain > least).any() for gain in gained):
+        return False
+    missing = plain.significant  # takes refits
+    return bool(missing) and all(spec in one.nuisances and one.changed_by(spec).any() for spec in missing)
 
 
 def without_corrections(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> Hypothesis:
