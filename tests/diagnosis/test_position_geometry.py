@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 from tests.diagnosis.conftest import exponential
 from tsm_fmu.diagnosis.answer.shape import located, with_position_law
-from tsm_fmu.diagnosis.fits import screening
+from tsm_fmu.diagnosis.fits import extent, screening
 from tsm_fmu.diagnosis.fits.disguise import disguised
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.diagnosis.fits.screening import screen
@@ -77,6 +78,26 @@ def test_narrow_bursts_of_a_wheel_of_unknown_size_are_found(radius: float) -> No
     assert found.values["winding_crossover.r"] == pytest.approx(radius, rel=0.004)
     assert found.values["winding_crossover.A"] == pytest.approx(0.19, rel=0.15)
     assert found.rmse[0] < 0.6 * base.rmse[0]
+
+
+@pytest.mark.parametrize("radius", [0.0119, 0.0173, 0.0307])
+def test_bursts_are_looked_for_in_the_turns_of_a_ripple_that_explains_more(
+    radius: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With so few shapes bursts are missed and harmonics are not; in those turns the bursts explain more than they."""
+
+    def few(module: ModuleType) -> np.ndarray:
+        return extent.quantiles(module)[: 96 if module.NAME == "winding_crossover" else None]
+
+    monkeypatch.setattr(screening, "quantiles", few)
+    base = fitted(radius, triangles)
+    ripple_, bursts = (attach(kernel("LuGreFriction"), f"{n}~x[m]") for n in ("drum_periodic", "winding_crossover"))
+    (alone,) = screen(base, [bursts])
+    beside = {s.attached.module.NAME: s for s in screen(base, [ripple_, bursts])}
+    found = beside["winding_crossover"]
+    assert alone.gain < beside["drum_periodic"].gain < found.gain
+    assert found.starts[0][0]["winding_crossover.r"] == pytest.approx(radius, rel=0.02)
+    assert found.starts[1] == alone.starts[0]
 
 
 @pytest.mark.parametrize(("spec", "law"), [("drum_periodic~x[m]", ripple), ("winding_crossover~x[m]", triangles)])

@@ -61,6 +61,11 @@ class Extent:
             return self.lowest + (self.highest - self.lowest) * share if of_stroke else share
         return self.scales.get(shape.scale, 1.0) * shape.lo * (shape.hi / shape.lo) ** q
 
+    def quantile_of_turn(self, shape: Shape, size: float) -> float:
+        """Quantile of the range of a shape parameter that is the length of a turn, for a turn of this size."""
+        turns = (self.highest - self.lowest or 1.0) / (2.0 * math.pi * size)
+        return (turns - shape.lo) / (shape.hi - shape.lo)
+
     def states(self, start: Start) -> list[float]:
         """Values of a state at the start of a run to begin from."""
         return [self.scales.get(start.scale, 1.0) * value for value in start.tries]

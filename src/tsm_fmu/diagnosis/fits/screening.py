@@ -11,14 +11,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
 
-from ...effects import shapes_of, sizes_of, starts_of
+from ...effects import about, shapes_of, sizes_of, starts_of
 from ...kernels.arrays import BoolArray, FloatArray
 from ...kernels.attached import Attached
 from ...regression.thinning import thinned
@@ -44,6 +45,8 @@ CLOSER, CLOSER_DRAWS, CLOSER_REACH = 2, 16, (0.1, 0.04, 0.015)
 distances as parts of the range."""
 ROUGH_ROWS, PROMISING = 750, 24
 """Samples of all runs together that these shapes are tried on, and how many of the best are on all samples."""
+TURNS = (1.0, 2.0)
+"""Turns of another law that one of such an effect may take: what comes twice a turn has harmonics of half of it."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +94,8 @@ def screen(
         progress(f"screen {number}/{len(candidates)}: {candidate.spec}")
         return bench.screened(candidate)
 
-    return sorted(together(one, list(enumerate(candidates, 1))), key=lambda s: -s.gain)
+    found = together(one, list(enumerate(candidates, 1)))
+    return sorted(together(partial(bench.in_turns_of, found), found), key=lambda s: -s.gain)
 
 
 class _Explained(NamedTuple):
@@ -113,6 +117,11 @@ class _Tried(NamedTuple):
     at: FloatArray
     place: Callable[[], Place]
     alike: tuple[float, Callable[[], Place]]
+
+
+def _turn(module: ModuleType) -> str | None:
+    """Shape parameter of an effect that is the length of a turn."""
+    return next((name for name, shape in shapes_of(module).items() if shape.scale == "turns"), None)
 
 
 def _same(one: Place, other: Place) -> bool:
@@ -148,10 +157,35 @@ class _Bench:
         found._compare(self.responses.at_fewer(ROUGH_ROWS))
         return found
 
-    def screened(self, attached: Attached) -> Screened:
+    def in_turns_of(self, others: Sequence[Screened], one: Screened) -> Screened:
+        """The same, begun in the turns of what looks like it and explains more, if it then explains more than it did.
+
+        Bursts in turns of unknown length are missed by most of the shapes that are tried, their harmonics by few.
+        """
+        attached, alike = one.attached, about(one.attached.spec).looks_like
+        of_turns = [
+            s for s in others
+            if s.gain > one.gain and s.attached.channel == attached.channel and s.attached.module.NAME in alike
+            and _turn(s.attached.module)
+        ]  # fmt: skip
+        turn = _turn(attached.module)
+        if turn is None or not of_turns:
+            return one
+        other = max(of_turns, key=lambda s: s.gain)
+        length = other.starts[0][0][public(other.attached, str(_turn(other.attached.module)))]
+        at, shapes = quantiles(attached.module), shapes_of(attached.module)
+        lengths = [self.responses.extent.quantile_of_turn(shapes[turn], number * length) for number in TURNS]
+        at[:, list(shapes).index(turn)] = np.clip(np.resize(lengths, len(at)), 0.0, 1.0)
+        again = self.screened(attached, at)
+        if again.gain <= one.gain:
+            return one
+        return replace(again, starts=[again.starts[0], one.starts[0], *again.starts[1:]])
+
+    def screened(self, attached: Attached, at: FloatArray | None = None) -> Screened:
         acting, module = self.responses.acting(attached), attached.module
         many = any(shape.tries for shape in shapes_of(module).values())
-        at = self.rough._promising(attached) if many else quantiles(module)
+        at = quantiles(module) if at is None else at
+        at = self.rough._promising(attached, at) if many else at
         found = sorted(self._tried(acting, at), key=lambda one: -one.gain)
         starts = [one.place() for one in found[:STARTS]]
         if starts_of(module):  # from the best states a descent may end in another valley
@@ -161,10 +195,10 @@ class _Bench:
             starts = [one for k, one in enumerate(starts) if not any(_same(one, other) for other in starts[:k])]
         return Screened(attached, found[0].gain, starts, self.responses.limits(acting), self.responses.tries(acting))
 
-    def _promising(self, attached: Attached) -> FloatArray:
+    def _promising(self, attached: Attached, at: FloatArray) -> FloatArray:
         """Where the best of many shapes are, the best few improved."""
         tried = partial(self._tried, self.responses.acting(attached))
-        found = sorted(tried(quantiles(attached.module)), key=lambda one: -one.gain)
+        found = sorted(tried(at), key=lambda one: -one.gain)
         return np.array([one.at for one in [*(_closer(one, tried) for one in found[:CLOSER]), *found[:PROMISING]]])
 
     def _tried(self, acting: Acting, at: FloatArray) -> list[_Tried]:
