@@ -240,7 +240,8 @@ def _described(
     channel = leading_channel(diagnosis) or ""
     equivalent = [e for ids in diagnosis.equivalent for e in ids]
     telling = found.evidence if missing else not_little(found.evidence, before.refitted.fitted)
-    closest = closest_effects(found.selection, verdict, missing=missing)
+    named = verdict.effects or equivalent
+    closest = () if named else closest_effects(found.selection, verdict, missing=missing)
     judged = verdict.word != "not_excited"
     families = families_of(verdict.effects, equivalent, telling, channel, closest) if judged else ()
     if verdict.word == "unknown" and channel in found.tones:
