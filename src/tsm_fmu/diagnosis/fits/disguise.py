@@ -18,6 +18,7 @@ from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ..criteria import CENTRED_SHARE, CORE_SHARE, REPEATED_SHARE, SHAPE_RANGE_RATIO, STANDING_SHARE
 from ..runs.motion_signals import coordinate_units
+from .extent import turn_of
 from .placing import least_stroke
 from .refit import Fitted
 from .response import places_of
@@ -47,8 +48,7 @@ def disguised(fitted: Fitted, spec: str) -> bool:
     if "bend" in module.Inputs._fields and angle_stands(fitted, attach(kernel(fitted.model), spec)):
         return True
     layers_alone = bool(module.ABOUT.core) and _little_of_it(fitted, spec, module.ABOUT.core)
-    of_turns = any(shape.scale == "turns" for shape in shapes_of(module).values())
-    if of_turns and not _of_known_drum(fitted, spec) and (layers_alone or _hardly_repeats(fitted, spec)):
+    if turn_of(module) and not _of_known_drum(fitted, spec) and (layers_alone or _hardly_repeats(fitted, spec)):
         return True
     scales = [scale for scale in SCALES if not (scale == "width" and layers_alone)]
     for name, shape in shapes_of(module).items():
@@ -98,8 +98,7 @@ def _hardly_repeats(fitted: Fitted, spec: str) -> bool:
 
     Of a size that a search has chosen a turn may be as long as it takes for a law at one place to come only once.
     """
-    size = next(name for name, shape in shapes_of(effect_of(spec)).items() if shape.scale == "turns")
-    turn = 2.0 * np.pi * fitted.values[f"{prefix_of(spec)}{size}"]
+    turn = 2.0 * np.pi * fitted.values[f"{prefix_of(spec)}{turn_of(effect_of(spec))}"]
     places = [np.floor(c.x / turn * ANGLES).astype(np.int64) for c in places_of(fitted)]
     angle, passed = np.unique(np.unique(np.concatenate(places)) % ANGLES, return_counts=True)
     again = np.isin(np.concatenate(places) % ANGLES, angle[passed > 1])

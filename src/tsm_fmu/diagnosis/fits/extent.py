@@ -30,6 +30,11 @@ def quantiles(module: ModuleType) -> FloatArray:
     return qmc.Halton(len(shapes), rng=7).random(count)
 
 
+def turn_of(module: ModuleType) -> str | None:
+    """Shape parameter of an effect that is the length of a turn; None of one without."""
+    return next((name for name, shape in shapes_of(module).items() if shape.scale == "turns"), None)
+
+
 class Extent:
     """Sizes of a motion, from which shape parameters are drawn."""
 
@@ -54,7 +59,7 @@ class Extent:
     def at_quantile(self, shape: Shape, q: float) -> float:
         """Value of a shape parameter at the quantile ``q`` of its range."""
         if shape.scale == "turns":
-            return (self.highest - self.lowest or 1.0) / (2.0 * math.pi * (shape.lo + (shape.hi - shape.lo) * q))
+            return self._turns_of(shape.lo + (shape.hi - shape.lo) * q)
         if shape.scale in EVENLY:
             share = shape.lo + (shape.hi - shape.lo) * q
             of_stroke = shape.scale in ("position", "centre")
@@ -63,8 +68,11 @@ class Extent:
 
     def quantile_of_turn(self, shape: Shape, size: float) -> float:
         """Quantile of the range of a shape parameter that is the length of a turn, for a turn of this size."""
-        turns = (self.highest - self.lowest or 1.0) / (2.0 * math.pi * size)
-        return (turns - shape.lo) / (shape.hi - shape.lo)
+        return (self._turns_of(size) - shape.lo) / (shape.hi - shape.lo)
+
+    def _turns_of(self, size: float) -> float:
+        """Turns of a size in the stroke, and so also the size of as many turns."""
+        return (self.highest - self.lowest or 1.0) / (2.0 * math.pi * size)
 
     def states(self, start: Start) -> list[float]:
         """Values of a state at the start of a run to begin from."""

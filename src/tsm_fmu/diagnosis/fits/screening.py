@@ -14,7 +14,6 @@ from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +24,7 @@ from ...kernels.attached import Attached
 from ...regression.thinning import thinned
 from ...regression.threads import together
 from .amounts import Parts, explained, products
-from .extent import quantiles
+from .extent import quantiles, turn_of
 from .refit import Fitted
 from .response import Acting, Responses, public, side_by_side
 from .takeover import Place
@@ -119,11 +118,6 @@ class _Tried(NamedTuple):
     alike: tuple[float, Callable[[], Place]]
 
 
-def _turn(module: ModuleType) -> str | None:
-    """Shape parameter of an effect that is the length of a turn."""
-    return next((name for name, shape in shapes_of(module).items() if shape.scale == "turns"), None)
-
-
 def _same(one: Place, other: Place) -> bool:
     return one[0] == other[0] and all(np.array_equal(v, other[1][name]) for name, v in one[1].items())
 
@@ -166,13 +160,13 @@ class _Bench:
         of_turns = [
             s for s in others
             if s.gain > one.gain and s.attached.channel == attached.channel and s.attached.module.NAME in alike
-            and _turn(s.attached.module)
+            and turn_of(s.attached.module)
         ]  # fmt: skip
-        turn = _turn(attached.module)
+        turn = turn_of(attached.module)
         if turn is None or not of_turns:
             return one
         other = max(of_turns, key=lambda s: s.gain)
-        length = other.starts[0][0][public(other.attached, str(_turn(other.attached.module)))]
+        length = other.starts[0][0][public(other.attached, str(turn_of(other.attached.module)))]
         at, shapes = quantiles(attached.module), shapes_of(attached.module)
         lengths = [self.responses.extent.quantile_of_turn(shapes[turn], number * length) for number in TURNS]
         at[:, list(shapes).index(turn)] = np.clip(np.resize(lengths, len(at)), 0.0, 1.0)
