@@ -127,6 +127,26 @@ def test_a_further_effect_must_remove_more_than_one_alone(part: float, named: bo
     assert names(choice_of([plain, one, both], plain)) == [("inertia", "stribeck") if named else ("inertia",)]
 
 
+@pytest.mark.parametrize(("part", "named"), [(0.96, False), (1.04, True)])
+def test_a_further_effect_is_seen_on_held_out_runs_too(part: float, named: bool) -> None:
+    """What the first law lacks differs from motion to motion; on the measured runs it removes enough."""
+    plain, one = (made(a, left, left, gap=0.08) for a, left in (("", 0.08), ("inertia", 0.03)))
+    shown, carried = (refit_without(k * FURTHER_EFFECT_SPREAD_SHARE, 0.03) for k in (1.04, part))
+    both = made("inertia stribeck", shown, carried, gap=0.08)
+    assert names(choice_of([plain, one, both], plain)) == [("inertia", "stribeck") if named else ("inertia",)]
+    alone, other = made("inertia", shown, carried, gap=0.03), made("", 0.03, 0.03, gap=0.03)  # of no other law
+    assert names(choice_of([other, alone], other)) == [("inertia",)]
+
+
+@pytest.mark.parametrize(("part", "named"), [(0.96, False), (1.04, True)])
+def test_a_further_effect_removes_more_than_a_right_law_may_leave(part: float, named: bool) -> None:
+    """The first one removes 62 % of the spread: its law, right but not quite the rig's, may leave 11 %."""
+    plain, one = made("", 0.64, gap=0.64), made("inertia", 0.16, gap=0.64)
+    may_leave = float(np.sqrt(LAW_FORM_SHARE / (1.0 + LAW_FORM_SHARE * part**2) * (0.64**2 - 0.16**2)))
+    both = made("inertia stribeck", refit_without(part * may_leave, 0.16), gap=0.64)
+    assert names(choice_of([plain, one, both], plain)) == [("inertia", "stribeck") if named else ("inertia",)]
+
+
 def test_two_that_together_remove_little_do_not_hide_the_one_that_is_there() -> None:
     """The larger threshold is for the second: nothing at all is not as good as a pair that removes less than that."""
     left = {"": 0.02, "inertia": 0.006, "inertia stribeck": 0.003}
@@ -325,7 +345,7 @@ def test_two_effects_only_where_one_leaves_clearly_more() -> None:
 )
 def test_an_effect_with_which_held_out_runs_are_predicted_worse_is_none(held: float, expected: tuple[str, ...]) -> None:
     """Whatever it takes from the measured ones; within what an effect may correct it is no worse."""
-    plain, one = made("", 0.2, 0.2), made("inertia", 0.06, 0.06)
+    plain, one = made("", 0.2, 0.2), made("inertia", 0.06, 0.06, share=0.0)  # that acts on another channel
     both = made("inertia viscous", 0.02, held)
     assert names(choice_of([plain, one, both], plain)) == [expected]
     several = made("inertia viscous", 0.02, 0.07, effective=20.0)  # chance makes as much of so few samples
@@ -452,13 +472,25 @@ def test_what_a_freedom_removes_of_the_common_part_is_of_the_allowance(lag: floa
 
 
 def test_a_freedom_that_does_much_is_an_effect_as_any_other() -> None:
-    plain = made("", 0.31)
+    plain = made("", 0.31, nuisance_specs={"sensor_lag@F": 0.02})
     with_lag = made("inertia", 0.03, nuisance_specs={"sensor_lag@F": 0.027})
     alone = made("creep", 0.0301)
     assert with_lag.effects == ("inertia", "sensor_lag@F")
     assert names(choice_of([plain, with_lag, alone], plain)) == [("creep",)]
     only_lag = made("", 0.03, nuisance_specs={"sensor_lag@F": 0.29})
     assert names(choice_of([only_lag], plain)) == [("sensor_lag@F",)]
+
+
+@pytest.mark.parametrize(("alone", "without", "named"), [(0.02, 0.04, True), (0.0, 0.04, False), (0.0, 0.1, True)])
+def test_a_freedom_that_does_something_beside_an_effect_alone_corrects_its_law(
+    alone: float, without: float, named: bool
+) -> None:
+    """A channel that comes late does so without that effect too; what leaves next to nothing corrects nothing."""
+    plain = made("", 0.31, nuisance_specs={"sensor_lag@F": alone} if alone else {})
+    one = made("inertia", 0.03, nuisance_specs={"sensor_lag@F": 0.027})
+    tested: Any = {"sensor_lag@F": (0.027, SimpleNamespace(rmse=np.array([without * SPREAD])))}
+    one = replace(one, nuisance_tests=lambda: tested)
+    assert names(choice_of([plain, one], plain)) == [("inertia", *(["sensor_lag@F"] if named else []))]
 
 
 def test_the_shape_after_a_reversal_is_form_unless_it_is_much_and_not_in_reference_runs() -> None:

@@ -9,9 +9,10 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from tsm_fmu.diagnosis.choice.explained import of_explained_channels
+from tsm_fmu.diagnosis.choice.explained import of_explained_channels, of_levels
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis
 from tsm_fmu.diagnosis.choice.supported import Choice
+from tsm_fmu.diagnosis.fits.quantised import Levels
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task
 
 CHANNELS = ("x_out", "tau_in")
@@ -29,6 +30,7 @@ def made(added: Sequence[str], left: Sequence[float], held: Sequence[float] | No
         spread = np.ones(2)
         rmse = np.array(left)
         residuals = (np.zeros((9, 2)),)
+        problem = SimpleNamespace(channels=CHANNELS)
 
         def share_of(self, spec: str) -> np.ndarray:
             return np.array(ACTS[spec])
@@ -99,3 +101,17 @@ def test_what_these_runs_cannot_tell_apart_stays_a_set() -> None:
     assert choice is not None
     assert [h.effects for h in choice.supported] == [("slack@x_out",), ("delay@x_out",)]
     assert chosen(first, made(["tendon_elasticity"], [0.008, 0.022])) is None  # one of them says otherwise
+
+
+@pytest.mark.parametrize(
+    ("coarse", "open_", "kept"),
+    [("x_out", (False, True), True), ("x_out", (True, True), False), ("tau_in", (False, True), False)],
+)
+def test_few_levels_of_a_channel_that_lacks_nothing_else_are_named(coarse: str, open_: tuple, kept: bool) -> None:
+    plain, one = made([], [0.02, 0.03]), made(["wear"], [0.02, 0.02])
+    choice = of_levels(Choice(one, (one,)), np.array(open_), [Levels(coarse, 0.07, 0.0)], [plain, one], [])
+    assert (choice is not None) is kept
+    if choice:
+        assert choice.winner.effects == (), "what the other channel lacks has no name"
+        assert choice.best is one
+    assert of_levels(Choice(one, (one,)), np.array(open_), [], [plain, one], []) is None

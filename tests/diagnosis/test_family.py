@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tsm_fmu.diagnosis import workflow
 from tsm_fmu.diagnosis.answer.family import contradicted, families_of, family_evidence, not_little
 from tsm_fmu.diagnosis.answer.sentence import answer
 from tsm_fmu.diagnosis.evidence import FamilyShare, Gap
@@ -218,6 +219,58 @@ def test_an_answer_without_a_name_says_what_is_left(verdict: str) -> None:
     law = f"{FAMILIES['history']} (such laws predict 42 % of it)"
     assert told.endswith(f"What the model's own parameters leave, too little for a name, is {law}.")
     assert "too little" not in answer(Diagnosis(verdict, gap=gap, channels=("F",), family_evidence=seen))
+
+
+def test_the_answer_says_how_a_family_is_known() -> None:
+    gap = {"F": Gap("N", 0.31, 0.3, None, None, 0.04, 0.04, None, None, None, 0.29, None)}
+    steps = (FamilyShare("sensor", "F", 0.872, "steps"),)
+    told = answer(Diagnosis("none", gap=gap, channels=("F",), family=("sensor",), family_evidence=steps))
+    assert told.endswith(f"is {FAMILIES['sensor']} (the steps of its converter make 87 % of it).")
+    slow = (FamilyShare("time", "F", 0.913, "slow"),)
+    told = answer(Diagnosis("unknown", gap=gap, channels=("F",), family=("time",), family_evidence=slow))
+    assert f"{FAMILIES['time']} (what moves slowly and with nothing in the log makes 91 % of it)." in told
+
+
+@pytest.mark.parametrize(("q", "most"), [(0.2311, "steps"), (1e-4, "predicted")])
+def test_steps_of_a_converter_are_of_the_sensor(
+    q: float, most: str, rig: Callable[..., FitRun], known: dict[str, float]
+) -> None:
+    """The model is the rig's, but for the steps; they make q^2/12 of what is left, or next to nothing of the noise."""
+    runs = [rig(seed, rows=1500) for seed in (5, 6)]
+    runs = [replace(run, targets=q * np.round(run.targets / q)) for run in runs]
+    fitted = as_given(Task("LuGreFriction", runs, ("F",), known, None, tuple(known)), ())
+    (of_sensor,) = (e for e in family_evidence(fitted, runs) if e.family == "sensor")
+    assert of_sensor.how == most
+    if most == "steps":
+        assert of_sensor.share == pytest.approx(q**2 / 12.0 / float(fitted.rmse[0]) ** 2, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("word", "near", "slow", "expected"),
+    [
+        ("unknown", (), 0.9, ("time",)),
+        ("unknown", (), 0.0, ()),
+        ("unknown", ("wear@F", "inertia"), 0.9, ("time", "acceleration")),
+        ("unknown", ("inertia",), 0.9, ("acceleration",)),  # something is said already
+        ("parameters", (), 0.9, ()),
+        ("not_excited", (), 0.9, ()),
+    ],
+)
+def test_a_gap_that_moves_slowly_and_with_nothing_is_of_the_time(
+    word: str, near: tuple[str, ...], slow: float, expected: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parts = (FamilyShare("time", "F", slow, "slow"),) if slow else ()
+    monkeypatch.setattr(workflow, "closest_effects", lambda *_, **__: near)
+    monkeypatch.setattr(workflow, "slow_parts", lambda *_: parts)
+    fitted = SimpleNamespace(problem=SimpleNamespace(channels=("F",)), rmse=np.array([0.1]), spread=np.array([3.1]))
+    little = (FamilyShare("time", "F", 0.03), FamilyShare("load", "F", 0.02))
+    found: Any = SimpleNamespace(
+        verdict=SimpleNamespace(word=word, effects=()), limits={}, tones={}, evidence=little, runs=None,
+        selection=SimpleNamespace(baselines=SimpleNamespace(refitted=SimpleNamespace(fitted=fitted))),
+    )  # fmt: skip
+    evidence, families = workflow._families(found, Diagnosis(word), "F")
+    assert families == expected
+    assert evidence == ((*parts, little[1]) if word == "unknown" and not near and slow else little)
 
 
 def test_a_model_with_nothing_to_fit_has_a_family_too(rig: Callable[..., FitRun], known: dict[str, float]) -> None:

@@ -15,12 +15,12 @@ from tsm_fmu.diagnosis.criteria import CLEAN_EFFECT_SPREAD_SHARE, NOTABLE_RATIO,
 from tsm_fmu.diagnosis.fits.nuisance import (
     RemovedOnReference,
     best_refit,
-    most_removing,
     nuisance_specs,
     refit_with,
     refit_without,
     shrunk_nuisances,
     significant_nuisances,
+    telling_nuisances,
     with_free_offsets,
     with_nuisances,
 )
@@ -72,7 +72,21 @@ def test_a_late_channel_is_taken_by_the_lag_alone(rig: Rig, known: dict[str, flo
     assert removed == pytest.approx(np.sqrt(less.rmse[0] ** 2 - nuisances.rmse[0] ** 2) / nuisances.spread[0])
     assert "sensor_lag@F" not in less.effects
     assert significant_nuisances(nuisances, ["offset_drift@F"], FREE) == {}
-    assert most_removing(nuisances, FREE) == "sensor_lag@F"
+    assert telling_nuisances(nuisances, FREE) == ("sensor_lag@F",)
+
+
+@pytest.mark.parametrize(("tau", "told"), [(0.0081, True), (0.0021, False)])
+def test_what_removes_as_much_as_an_effect_tells_of_it_too(
+    rig: Rig, known: dict[str, float], tau: float, told: bool
+) -> None:
+    """A zero that drifts, far more than the lag removes."""
+    runs = [rig(seed, noise=0.002, instrument=partial(lagged, tau=tau)) for seed in (21, 22)]
+    drift = [0.09 * (run.time - run.time.mean()) / np.ptp(run.time) for run in runs]
+    runs = [replace(run, targets=run.targets + d[:, None]) for run, d in zip(runs, drift, strict=True)]
+    nuisances = with_nuisances(fitted(runs, known), FREE)
+    released = replace(nuisances, released=("offset_drift@F",))
+    drifting = refit_without(released, "", FREE)
+    assert telling_nuisances(drifting, FREE) == ("offset_drift@F", *(["sensor_lag@F"] if told else []))
 
 
 def test_what_removes_most_may_be_little_beside_the_noise(rig: Rig, known: dict[str, float]) -> None:
@@ -81,7 +95,7 @@ def test_what_removes_most_may_be_little_beside_the_noise(rig: Rig, known: dict[
     removed = (refit_without(nuisances, "sensor_lag@F", FREE).rmse[0] / nuisances.rmse[0]) ** 2 - 1.0
     assert 0.05 < removed < NOTABLE_RATIO
     assert significant_nuisances(nuisances, FREE, FREE) == {}  # too little for a name
-    assert most_removing(nuisances, FREE) == "sensor_lag@F"
+    assert telling_nuisances(nuisances, FREE) == ("sensor_lag@F",)
 
 
 @pytest.mark.parametrize(("tau", "noise"), [(0.0041, 0.008), (0.0057, 0.008), (0.0057, 0.03)])
@@ -115,7 +129,7 @@ def test_where_nothing_is_late_no_nuisance_effect_removes_anything_beyond_noise(
     rig: Rig, known: dict[str, float]
 ) -> None:
     base = fitted([rig(seed) for seed in (21, 22)], known)
-    assert most_removing(with_nuisances(base, FREE), FREE) is None
+    assert telling_nuisances(with_nuisances(base, FREE), FREE) == ()
 
 
 def test_each_run_has_its_own_offset_and_none_drifts(rig: Rig, known: dict[str, float]) -> None:

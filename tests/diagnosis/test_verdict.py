@@ -13,6 +13,7 @@ from tsm_fmu.diagnosis.answer import verdict
 from tsm_fmu.diagnosis.criteria import FAMILY_SHARE
 from tsm_fmu.diagnosis.evidence import FamilyShare
 from tsm_fmu.diagnosis.fits.placing import not_applicable
+from tsm_fmu.diagnosis.fits.quantised import Levels
 from tsm_fmu.effects import EFFECTS, about
 from tsm_fmu.kernels.kernel import kernel
 
@@ -99,6 +100,23 @@ def test_a_gap_that_is_a_law_is_unknown_whatever_the_motion_would_not_show(chann
     )
     assert found.word == word
     assert found.refitted is found.final is more
+
+
+def test_few_levels_are_named_in_the_channels_that_are_explained(monkeypatch: pytest.MonkeyPatch) -> None:
+    fitted = SimpleNamespace(problem=SimpleNamespace(channels=("x_out", "tau_in")), effects=())
+    read: list[str] = []
+    monkeypatch.setattr(verdict, "_final_fit", lambda *_: fitted)
+    monkeypatch.setattr(verdict, "sign_notes", lambda _: ())
+    monkeypatch.setattr(verdict, "with_levels", lambda one, levels: read.extend(x.spec for x in levels) or one)
+    floors = SimpleNamespace(without_answer=False, open_=np.zeros(2, bool), unexplained=np.array([False, True]))
+    winner = SimpleNamespace(effects=(), fitted=SimpleNamespace(model="TendonDrive"))
+    choice = SimpleNamespace(winner=winner, supported=[winner])
+    levels = (Levels("x_out", 0.07, 0.0), Levels("tau_in", 0.3, 0.0))
+    baselines = SimpleNamespace(levels=levels, refitted=SimpleNamespace(fitted=fitted))
+    found = verdict.verdict_of(
+        baselines, choice, floors, (), (), (), (), (), lambda one: one, (), (), lambda _: None
+    )  # fmt: skip
+    assert (found.word, found.effects, read) == ("named", ("quantisation@x_out",), ["quantisation@x_out"])
 
 
 @pytest.mark.parametrize("effects", [(), ("creep",), ("creep", "offset_drift@F")])

@@ -19,7 +19,7 @@ from tsm_fmu.diagnosis.choice.selection import Selection
 from tsm_fmu.diagnosis.criteria import WANDERING_SPREAD_SHARE
 from tsm_fmu.diagnosis.evidence import Wander
 from tsm_fmu.diagnosis.report.write import write_diagnosis
-from tsm_fmu.diagnosis.residual.wander import wandering_zeros
+from tsm_fmu.diagnosis.residual.wander import slow_with_nothing, wandering_zeros
 from tsm_fmu.diagnosis.runs.motion_signals import Coordinates
 from tsm_fmu.diagnosis.runs.prepared import PreparedRuns
 from tsm_fmu.diagnosis.workflow import diagnose
@@ -57,10 +57,14 @@ def places(slow: Sequence[bool] = (False, False, False)) -> list[Coordinates]:
     return found
 
 
+def left_by(error: Error, where: Sequence[Coordinates], noise: float = NOISE) -> list[np.ndarray]:
+    rng = np.random.default_rng(601)
+    return [(error(p, k) + noise * rng.standard_normal(p.time.size))[:, None] for k, p in enumerate(where)]
+
+
 def wandering(error: Error, slow: Sequence[bool] = (False, False, False), noise: float = NOISE) -> dict[str, Wander]:
-    rng, where = np.random.default_rng(601), places(slow)
-    residuals = [(error(p, k) + noise * rng.standard_normal(p.time.size))[:, None] for k, p in enumerate(where)]
-    return wandering_zeros(("F",), residuals, where, np.array([SPREAD]), ("m", "N"))
+    where = places(slow)
+    return wandering_zeros(("F",), left_by(error, where, noise), where, np.array([SPREAD]), ("m", "N"))
 
 
 @pytest.mark.parametrize("size", [0.02, 0.09])
@@ -98,6 +102,16 @@ def test_a_motion_as_slow_as_the_zero_says_nothing_of_it() -> None:
 
     assert wandering(error, (True, True, True)) == {}
     assert "F" in wandering(error, (False, True, False))
+
+
+@pytest.mark.parametrize("slow", [(False, False, False), (True, False, True), (True, True, True)])
+def test_what_moves_slowly_and_with_nothing_is_so_however_slow_the_motion_is(slow: Sequence[bool]) -> None:
+    where = places(slow)
+    (share,) = slow_with_nothing(left_by(lambda p, k: wander(p.time, k), where), where, ("m", "N"))
+    assert 0.7 < share < 1.0
+    laws: list[Error] = [lambda p, _: 0.1 * p.x, lambda p, _: 0.1 * np.sign(p.v), lambda p, _: 0.0 * p.time]
+    for law in laws:
+        assert slow_with_nothing(left_by(law, where), where, ("m", "N")) == 0.0
 
 
 def test_runs_are_compared_but_for_the_zeros_that_wander() -> None:

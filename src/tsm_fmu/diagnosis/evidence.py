@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
@@ -260,13 +261,16 @@ class FamilyShare:
     ----------
     family, channel : str
     share : float
-        Share of the mean square that a law has of which the model's parameters do not already do what it does,
-        predicted on parts that were left out.
+        Share of the mean square that a law has of which the model's parameters do not already do what it does.
+    how : str
+        "predicted" on parts that were left out; or what the "steps" of a converter make, or what is "slow" and moves
+        with nothing that the log holds.
     """
 
     family: Family
     channel: str
     share: float
+    how: Literal["predicted", "steps", "slow"] = "predicted"
 
 
 @dataclass(frozen=True)

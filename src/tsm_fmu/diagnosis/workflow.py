@@ -10,6 +10,7 @@ import numpy as np
 
 from ..card import ModelCard, RecordUsed
 from ..effects import EFFECTS
+from ..effects.about import Family
 from ..kernels.arrays import FloatArray
 from ..kernels.kernel import Kernel
 from ..logs.record import Record
@@ -27,7 +28,7 @@ from .answer.next_motion import next_motion
 from .answer.parameters import bound_notes, card_of, changes_of, model_fit, per_run_values
 from .answer.sentence import answer, leading_channel
 from .answer.shape import located, with_position_law
-from .answer.wander import offsets_of
+from .answer.wander import offsets_of, slow_parts
 from .choice.baselines import refitted_model
 from .choice.hypotheses import can_leave_out
 from .choice.path import way_to_a_better_model
@@ -37,7 +38,7 @@ from .criteria import (
     NOTABLE_RATIO,
     PRESLIDING_STROKE_SHARE,
 )
-from .evidence import Candidate, Gap, Gate, NextMotion, RunComparison
+from .evidence import Candidate, FamilyShare, Gap, Gate, NextMotion, RunComparison
 from .fits.known import compared_where_known
 from .fits.placing import not_applicable
 from .fits.ranges import forgetting_ranges, level_ranges
@@ -238,29 +239,47 @@ def _described(
         records=records, preset=preset, seed=seed,
     )  # fmt: skip
     channel = leading_channel(diagnosis) or ""
-    equivalent = [e for ids in diagnosis.equivalent for e in ids]
-    telling = found.evidence if missing else not_little(found.evidence, before.refitted.fitted)
-    named = verdict.effects or equivalent
-    closest = () if named else closest_effects(found.selection, verdict, missing=missing)
-    judged = verdict.word != "not_excited"
-    families = families_of(verdict.effects, equivalent, telling, channel, closest) if judged else ()
-    if verdict.word == "unknown" and channel in found.tones:
-        predicted = [e.family for e in found.evidence if e.channel == channel and e.share > FAMILY_SHARE]
-        families = ("time", *(f for f in families if f in predicted and f != "time"))
-    if verdict.word == "unknown" and channel in found.limits:
-        families = ("sensor",)
+    evidence, families = _families(found, diagnosis, channel)
     if missing and "position" in families:
         shapes = with_position_law(tuple(shapes), stages[stage], channel, seed)
     diagnosis = replace(
         diagnosis,
         family=families,
-        family_evidence=found.evidence,
+        family_evidence=evidence,
         shapes=shapes,
         tones=found.tones,
         limits=found.limits,
         wanders=found.wanders,
     )
     return replace(diagnosis, answer=answer(diagnosis))
+
+
+def _families(
+    found: Investigation, diagnosis: Diagnosis, channel: str
+) -> tuple[tuple[FamilyShare, ...], tuple[Family, ...]]:
+    """Of what that which the answer is about is a law, after the evidence for it; see `families_of`.
+
+    What hums, or moves slowly and with nothing that the log holds, is a law of the time, and a limit one of the sensor.
+    """
+    verdict, refitted, evidence = found.verdict, found.selection.baselines.refitted.fitted, found.evidence
+    if verdict.word == "not_excited":
+        return evidence, ()
+    if verdict.word == "unknown" and channel in found.limits:
+        return evidence, ("sensor",)
+    missing = verdict.word in MISSING
+    telling = evidence if missing else not_little(evidence, refitted)
+    equivalent = [e for ids in diagnosis.equivalent for e in ids]
+    named = verdict.effects or equivalent
+    closest = () if named else closest_effects(found.selection, verdict, missing=missing)
+    families = families_of(verdict.effects, equivalent, telling, channel, closest)
+    if verdict.word == "unknown" and channel in found.tones:
+        predicted = [e.family for e in evidence if e.channel == channel and e.share > FAMILY_SHARE]
+        return evidence, ("time", *(f for f in families if f in predicted and f != "time"))
+    if verdict.word == "unknown" and not families:
+        slow = {(e.family, e.channel): e for e in slow_parts(refitted, found.runs)}
+        evidence = (*slow.values(), *(e for e in evidence if (e.family, e.channel) not in slow))
+        return evidence, families_of((), (), evidence, channel)
+    return evidence, families
 
 
 def _answered(found: Investigation) -> tuple[str, ...]:

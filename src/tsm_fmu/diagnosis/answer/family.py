@@ -23,6 +23,7 @@ from ..criteria import (
     MUCH_LESS_RATIO,
 )
 from ..evidence import FamilyShare
+from ..fits.quantised import levels_of, step_noise
 from ..fits.refit import Fitted
 from ..fits.response import normalised, places_of
 from ..residual.families import Functions, family_shares
@@ -30,6 +31,8 @@ from ..residual.families import Functions, family_shares
 
 def family_evidence(fitted: Fitted, runs: Sequence[FitRun]) -> tuple[FamilyShare, ...]:
     """What the laws of each family predict of what a fit leaves of each channel, most first.
+
+    Of a sensor's family also what the steps of a converter make.
 
     Parameters
     ----------
@@ -41,10 +44,15 @@ def family_evidence(fitted: Fitted, runs: Sequence[FitRun]) -> tuple[FamilyShare
     whole = fitted.at(runs)
     problem, functions = whole.problem, Functions(places_of(whole))
     moves, found = _moves(fitted, problem.runs), []
+    steps = step_noise(levels_of(problem.runs, problem.channels), problem.channels)
     for c, channel in enumerate(problem.channels):
         residuals = [r[:, c] for r in whole.residuals]
         outputs = [run.targets[:, c] - r for run, r in zip(problem.runs, residuals, strict=True)]
         shares = family_shares(residuals, outputs, functions, normalised(moves[:, c]))
+        of_steps = min(1.0, float((steps[c] / max(whole.rmse[c], 1e-300)) ** 2))
+        if of_steps > shares.get("sensor", 0.0):
+            del shares["sensor"]
+            found.append(FamilyShare("sensor", channel, of_steps, "steps"))
         found += [FamilyShare(family, channel, share) for family, share in shares.items()]
     return tuple(sorted(found, key=lambda f: -f.share))
 

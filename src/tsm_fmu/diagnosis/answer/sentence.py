@@ -28,6 +28,12 @@ OVER = {"x": "position", "v": "speed", "a": "acceleration", "sgn v": "the direct
 """Coordinates in words."""
 TOO_LITTLE = "what the model's own parameters leave, too little for a name"
 """Of what the families are where nothing is missing."""
+HOW = {
+    "predicted": "such laws predict",
+    "steps": "the steps of its converter make",
+    "slow": "what moves slowly and with nothing in the log makes",
+}
+"""How a share of a residual is known to be of a family."""
 ORDINAL = ("", "first", "second", "third", "fourth")
 
 
@@ -155,12 +161,12 @@ def _laws_text(found: Diagnosis) -> str:
 
 def _family_text(found: Diagnosis, channel: str, what: str) -> str:
     """Of what something without a name is a law: by what such laws predict, or as the effect that comes closest is."""
-    shares = {e.family: e.share for e in found.family_evidence if e.channel == channel}
+    shown = {e.family: e for e in found.family_evidence if e.channel == channel and e.share > FAMILY_SHARE}
     nuisances = {about(spec).family for spec in found.also_in_model} if found.verdict == "parameters" else set()
 
     def why(family: Family) -> str:
-        if shares.get(family, 0.0) > FAMILY_SHARE:
-            return f"such laws predict {_percent(shares[family])} of it"
+        if family in shown:
+            return f"{HOW[shown[family].how]} {_percent(shown[family].share)} of it"
         return "of a nuisance parameter" if family in nuisances else "of the effect that comes closest"
 
     families = [f"{FAMILIES[f]} ({why(f)})" for f in found.family]

@@ -82,7 +82,9 @@ def verdict_of(
         law = any(e.channel in unexplained and e.share > FAMILY_SHARE for e in evidence)
         testable = set(tested) - set(unmoved)
         return Verdict("unknown" if law or testable or not tested else "not_excited", refitted, refitted)
-    winner, levels = choice.winner, baselines.levels
+    winner, channels = choice.winner, refitted.problem.channels
+    # where a channel lacks more than an answer explains, its few levels are no answer either
+    levels = [one for one in baselines.levels if not floors.unexplained[channels.index(one.channel)]]
     final = holding(_final_fit(winner, holdout, progress))
     read = (*(one.spec for one in levels), *(spec for spec in wandering if spec not in winner.effects))
     if not winner.effects and not read:

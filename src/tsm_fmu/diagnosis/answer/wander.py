@@ -7,14 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...effects import EFFECTS
+from ...effects import EFFECTS, about
 from ...regression.problem import FitRun
 from ..choice.floors import nearly_closed
 from ..choice.selection import Selection
 from ..criteria import WANDER_FUNCTIONS
-from ..evidence import Wander
+from ..evidence import FamilyShare, Wander
+from ..fits.refit import Fitted
 from ..fits.response import places_of
-from ..residual.wander import wander_sizes, wandering_zeros
+from ..residual.wander import slow_with_nothing, wander_sizes, wandering_zeros
 from ..runs.motion_signals import coordinate_units
 from ..runs.prepared import PreparedRuns
 
@@ -36,6 +37,20 @@ def zeros_that_wander(one: Selection, runs: PreparedRuns) -> dict[str, Wander]:
     )
     still_open = dict(zip(runs.channels, one.floors.open_ | one.floors.unexplained, strict=True))
     return {c: wander for c, wander in found.items() if still_open[c]}
+
+
+def slow_parts(refitted: Fitted, runs: PreparedRuns) -> tuple[FamilyShare, ...]:
+    """What moves slowly in what the refitted model leaves, and with nothing that the log holds.
+
+    Parameters
+    ----------
+    refitted : Fitted
+    runs : PreparedRuns
+    """
+    whole = refitted.at(runs.measured)
+    shares = slow_with_nothing(whole.residuals, places_of(whole), coordinate_units(whole.problem.kernel))
+    found = zip(runs.channels, shares.tolist(), strict=True)
+    return tuple(FamilyShare(about(OFFSET.NAME).family, channel, share, "slow") for channel, share in found if share)
 
 
 def with_sizes(wanders: Mapping[str, Wander], one: Selection, runs: PreparedRuns) -> dict[str, Wander]:

@@ -1,7 +1,8 @@
 """Effects of channels that are explained, where another channel is not.
 
 What nothing explains in a torque takes no name away from what a position lacks, as long as that has nothing to do with
-the torque: its effects act on explained channels alone, and close as much of the gap there as others must.
+the torque: its effects act on explained channels alone, and close as much of the gap there as others must. Nor does it
+take few levels away: they are read from the log.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Sequence
 from ...kernels.arrays import BoolArray
 from ...regression.problem import FitRun
 from ..criteria import CLEAN_EFFECT_SPREAD_SHARE, OPEN_GAP_EFFECTS
+from ..fits.quantised import Levels
 from ..fits.refit import Fitted
 from .floors import mostly_explained
 from .hypotheses import Hypothesis
@@ -52,6 +54,29 @@ def of_explained_channels(
     if not 0 < fewest <= OPEN_GAP_EFFECTS:
         return None
     return Choice(choice.best, tuple(h for h in found if len(h.effects) == fewest))
+
+
+def of_levels(
+    choice: Choice, open_: BoolArray, levels: Sequence[Levels], hypotheses: Sequence[Hypothesis],
+    holdout: Sequence[FitRun],
+) -> Choice | None:  # fmt: skip
+    """The choice without any effect, where a channel with few levels lacks nothing else; None where none does.
+
+    Parameters
+    ----------
+    choice : Choice
+    open_ : ndarray of bool, shape (channels,)
+        Channels in which the choice leaves something.
+    levels : sequence of Levels
+    hypotheses : sequence of Hypothesis
+        The first has no effect but the nuisance effects.
+    holdout : sequence of FitRun
+    """
+    plain = hypotheses[0]
+    closed = [c for c, there in zip(plain.fitted.problem.channels, open_, strict=True) if not there]
+    if not any(one.channel in closed for one in levels):
+        return None
+    return Choice(choice.best, (restricted_to(plain, (), hypotheses, holdout),))
 
 
 def _closed(one: Hypothesis, refitted: Hypothesis, reference_fit: Fitted | None) -> BoolArray:

@@ -82,8 +82,7 @@ class Hypothesis:
     def significant(self) -> dict[str, float]:
         """Nuisance effects that are effects of their own, by what they remove."""
         used = ((spec, removed) for spec, (removed, _) in self._significant.items())
-        added = [s for s in self.added if s not in self.form_corrections]
-        least = FURTHER_EFFECT_SPREAD_SHARE if added else 0.0
+        least = FURTHER_EFFECT_SPREAD_SHARE if self._missing else 0.0
         found = {spec: removed for spec, removed in used if removed > least}
         return {spec: removed for spec, removed in found.items() if not self._is_form(spec, removed)}
 
@@ -141,12 +140,17 @@ class Hypothesis:
     @property
     def effects(self) -> tuple[str, ...]:
         """All that this hypothesis says is missing."""
-        return (*(s for s in self.added if s not in self.form_corrections), *self.significant)
+        return (*self._missing, *self.significant)
+
+    @property
+    def _missing(self) -> list[str]:
+        """Of the effects that it adds, those that do more than correct the form of the model."""
+        return [s for s in self.added if s not in self.form_corrections]
 
     @property
     def has_effects(self) -> bool:
         """Whether it says that anything is missing; without a refit where one that it adds is."""
-        return any(s not in self.form_corrections for s in self.added) or bool(self.significant)
+        return bool(self._missing) or bool(self.significant)
 
     def changed_by(self, spec: str) -> BoolArray:
         """Channels that an effect changes; shape (channels,)."""
@@ -155,7 +159,12 @@ class Hypothesis:
     @cached_property
     def acts(self) -> BoolArray:
         """Channels that its effects change; shape (channels,)."""
-        return np.any([np.zeros(self.measured.size, bool), *map(self.changed_by, self.effects)], axis=0)
+        return np.any([self.changed, *map(self.changed_by, self.significant)], axis=0)
+
+    @cached_property
+    def changed(self) -> BoolArray:
+        """Channels that the effects change which it adds; shape (channels,)."""
+        return np.any([np.zeros(self.measured.size, bool), *map(self.changed_by, self._missing)], axis=0)
 
     @property
     def values_of_runs(self) -> int:

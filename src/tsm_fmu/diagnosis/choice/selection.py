@@ -25,7 +25,7 @@ from ..criteria import (
 )
 from ..fits.refit import Fitted
 from .baselines import Baselines
-from .explained import of_explained_channels
+from .explained import of_explained_channels, of_levels
 from .floors import Floors, floors_of, least_floor
 from .hypotheses import Hypothesis, can_leave_out, left_out_in_turn
 from .patches import without_patches
@@ -101,6 +101,7 @@ def select(
         left = floors.open_ & ~floors.unexplained
         if part and left.any():
             part = without_patches(part, found, left, holdout)
+        part = part or of_levels(choice, floors.open_ | floors.unexplained, baselines.levels, found, holdout)
         choice, floors = part or choice, replace(floors, in_part=part is not None)
     return Selection(baselines, tuple(found), choice, floors)
 

@@ -78,6 +78,7 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
     best_without = without_corrections(best, hypotheses)
     near = [h for h in hypotheses if not clearly_worse(h, best_without, refitted)]
     find_significant_nuisances(near)
+    near = [_with_laws_corrected(h, plain) for h in near]
     alike = [h for h in near if indistinguishable(h, best_without, refitted, hypotheses)]
     fewest = min(len(h.effects) for h in alike)
     # what corrects the form in vain is left out: of those that say the same the one without comes first
@@ -125,6 +126,27 @@ def _adds_nothing(one: Hypothesis, plain: Hypothesis) -> bool:
         return False
     missing = plain.significant  # takes refits
     return bool(missing) and all(spec in one.nuisances and one.changed_by(spec).any() for spec in missing)
+
+
+def _with_laws_corrected(one: Hypothesis, plain: Hypothesis) -> Hypothesis:
+    """A copy in which nuisance effects that remove something beside its effects alone correct the form of their laws.
+
+    A channel that comes late does so whatever else is there. Unless next to nothing is left with one.
+
+    Parameters
+    ----------
+    one : Hypothesis
+    plain : Hypothesis
+        The nuisance effects alone.
+    """
+    if all(spec in one.form_corrections for spec in one.added):
+        return one
+    left = one.fitted.rmse**2
+    corrects = [
+        spec for spec in one.significant
+        if spec not in plain.tested and not nearly_removed(one.tested[spec][1].rmse ** 2, left).any()
+    ]  # fmt: skip
+    return replace(one, form_corrections=(*one.form_corrections, *corrects)) if corrects else one
 
 
 def without_corrections(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> Hypothesis:
@@ -245,7 +267,10 @@ def indistinguishable(
         Where to find one with what both have in common: the allowance for form is for what they differ in.
     """
     fewer = not one.effects or len(one.effects) < len(best.effects)  # the surplus must matter
-    return _within_allowance(one, best, *_residual_with_common(one, best, refitted, others), fewer)
+    baseline = refitted.measured, refitted.held_out  # what the laws of the fewer lack the surplus may make
+    return _within_allowance(
+        one, best, *(baseline if fewer else _residual_with_common(one, best, refitted, others)), fewer
+    )
 
 
 def clearly_worse(one: Hypothesis, best: Hypothesis, refitted: Hypothesis) -> bool:
@@ -288,7 +313,7 @@ def _within_allowance(
     worse, better, gains = [], [], []
     for mine, least, before, effective in pairs:
         removed = np.maximum(before - np.minimum(mine, least), 0.0)
-        margin = limit + form * removed + DIFFERENCE_DEVIANCE * np.minimum(mine, least) / effective
+        margin = np.maximum(limit, form * removed) + DIFFERENCE_DEVIANCE * np.minimum(mine, least) / effective
         beyond = mine - least > margin + parameters * least
         # of two that leave no more than the model does on reference runs neither is the better one, and what leaves
         # little more than that has nothing to explain
@@ -297,6 +322,8 @@ def _within_allowance(
         better.append((least - mine > margin) & (not fewer))
         gains.append(np.log(np.maximum(mine, 1e-300) / np.maximum(least, 1e-300)))
     counts = np.any(worse, axis=0)
+    if fewer and others:  # what the law of another effect there lacks differs between motions: a law carries over
+        counts &= ~one.changed | np.all(worse, axis=0)
     if (counts != np.all(worse, axis=0)).any() and _more_values_of_runs(one, best):
         # a value for each run can stand for whatever differs between runs, and of what hides it for more
         counts = np.all(worse, axis=0) | (worse[-1] & nearly_removed(pairs[-1][0], pairs[-1][1]) & (len(pairs) > 1))

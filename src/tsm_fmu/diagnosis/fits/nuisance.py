@@ -25,6 +25,7 @@ from ...regression.threads import together
 from ..criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,
     DIFFERENCE_DEVIANCE,
+    EFFECT_SPREAD_SHARE,
     LAW_FORM_SHARE,
     LITTLE_SPREAD_SHARE,
     NEARLY_ALL_SHARE,
@@ -416,10 +417,11 @@ def significant_nuisances(
     return found
 
 
-def most_removing(fitted: Fitted, nuisances: Sequence[str]) -> str | None:
-    """The nuisance effect of a fit that removes most, if that is beyond noise and more than next to nothing.
+def telling_nuisances(fitted: Fitted, nuisances: Sequence[str]) -> tuple[str, ...]:
+    """Nuisance effects of a fit that tell a family, not what is missing: a part that is too little for that may do.
 
-    It tells a family, not what is missing: a part that is too little for that may do.
+    The one that removes most does, if that is beyond noise and more than next to nothing; and so do others that remove
+    as much as a missing effect, and are none only because good rigs differ by more.
 
     Parameters
     ----------
@@ -434,7 +436,8 @@ def most_removing(fitted: Fitted, nuisances: Sequence[str]) -> str | None:
         shown = removed > least
         if shown.any():
             found[spec] = float(np.max((removed / spread**2)[shown]))
-    return max(found, key=lambda spec: found[spec], default=None)
+    ranked = sorted(found, key=lambda spec: -found[spec])
+    return tuple(spec for k, spec in enumerate(ranked) if k == 0 or found[spec] > EFFECT_SPREAD_SHARE**2)
 
 
 def corrects_model_form(

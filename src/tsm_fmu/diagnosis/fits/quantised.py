@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -40,6 +41,11 @@ class Levels:
     def spec(self) -> str:
         return f"{READ.NAME}@{self.channel}"
 
+    @property
+    def noise(self) -> float:
+        """RMS that the steps make of the channel."""
+        return self.q / math.sqrt(12.0)
+
 
 def coarse(runs: Sequence[FitRun], channels: Sequence[str], spread: FloatArray) -> list[Levels]:
     """Channels whose steps alone make a gap that matters: q/sqrt(12) against the spread.
@@ -51,11 +57,24 @@ def coarse(runs: Sequence[FitRun], channels: Sequence[str], spread: FloatArray) 
     channels : sequence of str
     spread : ndarray, shape (channels,)
     """
+    least = dict(zip(channels, EFFECT_SPREAD_SHARE * spread, strict=True))
+    return [one for one in levels_of(runs, channels) if one.noise > least[one.channel]]
+
+
+def levels_of(runs: Sequence[FitRun], channels: Sequence[str]) -> list[Levels]:
+    """Levels on which the values of channels lie, however fine; none of a channel without.
+
+    Parameters
+    ----------
+    runs : sequence of FitRun
+        All samples.
+    channels : sequence of str
+    """
     found = []
     for c, channel in enumerate(channels):
         y = np.concatenate([run.targets[:, c] for run in runs])
         q = quantisation_step(without_blur(y))
-        if q / np.sqrt(12.0) <= EFFECT_SPREAD_SHARE * spread[c]:
+        if q == 0.0:
             continue
         turn = np.exp(2j * np.pi * y / q)
         y_0 = float(np.angle(turn.mean()) / (2.0 * np.pi) * q)
@@ -93,8 +112,8 @@ def without_blur(y: FloatArray) -> FloatArray:
 
 def step_noise(levels: Sequence[Levels], channels: Sequence[str]) -> FloatArray:
     """RMS that the steps make of each channel, zero without: an effect below that is not seen."""
-    steps = {one.channel: one.q for one in levels}
-    return np.array([steps.get(channel, 0.0) / np.sqrt(12.0) for channel in channels])
+    noise = {one.channel: one.noise for one in levels}
+    return np.array([noise.get(channel, 0.0) for channel in channels])
 
 
 def with_levels(fitted: Fitted, levels: Sequence[Levels]) -> Fitted:

@@ -207,7 +207,10 @@ def _families(found: Diagnosis) -> Section | None:
     """Over what the missing part is a law, also where it has no name."""
     if not found.family_evidence:
         return None
-    rows = [(e.channel, FAMILIES[e.family], _percent(max(e.share, 0.0))) for e in found.family_evidence]
+    rows = [
+        (e.channel, FAMILIES[e.family] + (f" ({e.how})" if e.how != "predicted" else ""), _percent(max(e.share, 0.0)))
+        for e in found.family_evidence
+    ]
     what = "what is missing" if found.verdict in MISSING else TOO_LITTLE
     text = (
         f"Of {what}: {' and '.join(FAMILIES[f] for f in found.family)}."
@@ -216,7 +219,8 @@ def _families(found: Diagnosis) -> Section | None:
     )
     caption = (
         "What the laws of each family predict of the residual of the refitted model on parts that were left out, of "
-        "what the model's parameters do not already do. Families share functions: the shares do not add up."
+        "what the model's parameters do not already do. Families share functions: the shares do not add up. "
+        "Steps: what those of a converter make. Slow: what moves slowly and with nothing in the log."
     )
     return Section("Family", text, [Table(("channel", "of the residual", "predicted"), rows, caption)])
 

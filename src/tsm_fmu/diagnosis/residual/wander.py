@@ -41,13 +41,49 @@ def wandering_zeros(
     if not fast:
         return {}
     sizes = _sizes(residuals, slow)
-    mostly = [c for c in range(len(channels)) if sizes[c] > WANDERING_SPREAD_SHARE * spread[c]
-              and min(slow_share(residuals[k][:, c], slow[k]) for k in fast) > WANDER_SHARE]  # fmt: skip
-    if not mostly:
+    large = sizes > WANDERING_SPREAD_SHARE * spread
+    if not large.any():
         return {}
-    predicted = predictable_share([r - r.mean(axis=0) for r in residuals], places, *units)  # about the zero of each run
+    shares = _slow_with_nothing(residuals, places, slow, fast, units)
     period = 2.0 * min(float(np.ptp(places[k].time)) for k in fast) / WANDER_FUNCTIONS
-    return {channels[c]: Wander(float(sizes[c]), period) for c in mostly if predicted[c] < LAW_SHARE}
+    found = zip(channels, sizes.tolist(), large & (shares > 0.0), strict=True)
+    return {channel: Wander(size, period) for channel, size, there in found if there}
+
+
+def slow_with_nothing(
+    residuals: Sequence[FloatArray], places: Sequence[Coordinates], units: tuple[str, str]
+) -> FloatArray:
+    """Part of what is left of each channel that moves slowly and with nothing that the log holds; nought if not most.
+
+    The same as `wandering_zeros` asks, in each run, however slow its motion is: that may have a law that is none of its
+    coordinates, so that it is no zero yet.
+
+    Parameters
+    ----------
+    residuals : sequence of ndarray, shape (n, channels)
+        One array a run.
+    places : sequence of Coordinates
+        At the same samples.
+    units : (str, str)
+        SI units of x and of the load.
+    """
+    return _slow_with_nothing(residuals, places, [_slow_functions(p) for p in places], range(len(places)), units)
+
+
+def _slow_with_nothing(
+    residuals: Sequence[FloatArray], places: Sequence[Coordinates], slow: Sequence[FloatArray], runs: Sequence[int],
+    units: tuple[str, str],
+) -> FloatArray:  # fmt: skip
+    """Least part of what is left of these runs that slow functions make, if most, and the coordinates predict nothing.
+
+    By channel; nought else.
+    """
+    shares = np.min([[slow_share(y, slow[k]) for y in residuals[k].T] for k in runs], axis=0)
+    found = shares > WANDER_SHARE
+    if found.any():
+        about_zero = [r - r.mean(axis=0) for r in residuals]  # that of each run
+        found &= predictable_share(about_zero, places, *units) < LAW_SHARE
+    return np.where(found, shares, 0.0)
 
 
 def wander_sizes(residuals: Sequence[FloatArray], places: Sequence[Coordinates]) -> FloatArray:
