@@ -152,15 +152,19 @@ def _with_laws_corrected(one: Hypothesis, plain: Hypothesis) -> Hypothesis:
 def without_corrections(best: Hypothesis, hypotheses: Sequence[Hypothesis]) -> Hypothesis:
     """The best hypothesis without what hides behind its other effects: that corrects the form of their laws.
 
-    Unless next to nothing is left with it, which no such correction does.
+    Unless next to nothing is left with it, which no such correction does, or it acts on other channels than they do.
     """
     whole = set(best.effects)
+
+    def hides(spec: str, others: set[str]) -> bool:
+        beside = [s for s in others if (best.changed_by(s) & best.changed_by(spec)).any()]
+        return looks_like(spec, beside)
 
     def corrected(one: Hypothesis) -> bool:
         if not set(one.added) <= whole | set(best.added) or _nearly_explained(one, best).any():  # known without a refit
             return False
         mine = set(one.effects)
-        return mine < whole and all(looks_like(s, mine) for s in whole - mine)
+        return mine < whole and all(hides(s, mine) for s in whole - mine)
 
     return min((h for h in hypotheses if corrected(h)), key=log_residual, default=best)
 
