@@ -450,6 +450,9 @@ def test_what_an_answer_does_not_change_says_nothing_of_what_imitates_it(left: f
     assert _imitates(one, [one, other]) is imitated
     other.__dict__["disguised"] = False
     assert not _imitates(one, [one, other])
+    same = replace(other, added=one.added)
+    same.__dict__["disguised"] = True
+    assert not _imitates(one, [one, same]), "it says that the same is missing"
 
 
 def test_a_correction_of_form_hides_behind_the_others_with_all_that_it_adds() -> None:

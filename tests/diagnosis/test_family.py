@@ -13,6 +13,7 @@ import pytest
 from tsm_fmu.diagnosis import workflow
 from tsm_fmu.diagnosis.answer.family import contradicted, families_of, family_evidence, not_little
 from tsm_fmu.diagnosis.answer.sentence import answer
+from tsm_fmu.diagnosis.criteria import REFERENCE_RATIO
 from tsm_fmu.diagnosis.evidence import FamilyShare, Gap
 from tsm_fmu.diagnosis.fits.refit import Task, as_given
 from tsm_fmu.diagnosis.residual.families import Functions, family_shares
@@ -169,9 +170,12 @@ def test_laws_of_another_kind_that_predict_far_more_contradict_a_name(
     answer_is: tuple[str, ...], seen: dict[Any, float], none: bool
 ) -> None:
     """In the channel of which its effects remove most, whatever is said of others."""
-    fitted = SimpleNamespace(problem=SimpleNamespace(channels=("x_out", "F", "tau_in")))
+    task = SimpleNamespace(discrepancy=np.zeros(1))
+    fitted = SimpleNamespace(problem=SimpleNamespace(channels=("x_out", "F", "tau_in")), task=task)
     acts = np.array([True, True, False]) & bool(answer_is)
-    one: Any = SimpleNamespace(effects=answer_is, measured=np.array([0.9, 0.07, 0.01]), fitted=fitted, acts=acts)
+    one: Any = SimpleNamespace(
+        effects=answer_is, measured=np.array([0.9, 0.07, 0.01]), held_out=None, fitted=fitted, acts=acts
+    )
     choice: Any = SimpleNamespace(winner=one, supported=(one,))
     evidence = [FamilyShare(family, "F", share) for family, share in seen.items()]
     evidence += [FamilyShare("sensor", "x_out", 0.99), FamilyShare("sensor", "tau_in", 0.98)]
@@ -183,6 +187,13 @@ def test_laws_of_another_kind_that_predict_far_more_contradict_a_name(
     }
     assert not contradicted(choice, before, evidence, lambda: there["yes"])  # other motions show it
     assert contradicted(choice, before, evidence, lambda: there["no"]) is none
+    reference = np.sqrt([0.2, 0.07, 0.2]) / REFERENCE_RATIO
+    for factor, as_good in ((1.01, True), (0.99, False)):  # as little as the model on reference runs
+        task.discrepancy = factor * reference
+        assert contradicted(choice, before, evidence) is (none and not as_good)
+        one.held_out = np.array([0.9, 0.08, 0.01])  # of others it leaves more
+        assert contradicted(choice, before, evidence) is none
+        one.held_out = None
     one.measured[1] = 0.029  # as little as a right name may leave of what it removes: 3 %
     assert not contradicted(choice, before, evidence)
 

@@ -21,6 +21,7 @@ from ..criteria import (
     LAW_FORM_SHARE,
     LITTLE_SPREAD_SHARE,
     MUCH_LESS_RATIO,
+    REFERENCE_RATIO,
 )
 from ..evidence import FamilyShare
 from ..fits.quantised import levels_of, step_noise
@@ -65,11 +66,11 @@ def contradicted(
 
     Either they leave little where those of the answer leave most, or the few of a sensor (its size, its rate, a delay
     that grows) leave much less than the many of the answer's families. Looked at is, of the channels that its effects
-    change, that of which it removes most. What leaves no more there than a right name may is not contradicted: what
-    the functions predict is without the moves of the model's parameters, which a refit has. Nor are, as a rule, effects
-    that are not among the functions of their family (bursts, steps of a converter): no others predict most of them.
-    Where other motions show much of what the answer is a law of, measured runs that show little of it, beside the form
-    of the model, do not speak against it.
+    change, that of which it removes most. What leaves no more there than a right name may, or than the model does on
+    reference runs, is not contradicted: what the functions predict is without the moves of the model's parameters,
+    which a refit has, and with the form of the model. Nor are, as a rule, effects that are not among the functions of
+    their family (bursts, steps of a converter): no others predict most of them. Where other motions show much of what
+    the answer is a law of, measured runs that show little of it, beside the form of the model, do not speak against it.
 
     Parameters
     ----------
@@ -87,9 +88,12 @@ def contradicted(
         return False
     removed = np.where(choice.winner.acts, refitted.measured / np.maximum(choice.winner.measured, 1e-300), 0.0)
     c = int(np.argmax(removed))
-    if removed[c] - 1.0 > 1.0 / LAW_FORM_SHARE:
+    fitted, left = choice.winner.fitted, [choice.winner.measured, choice.winner.held_out]
+    on_reference = (REFERENCE_RATIO * fitted.task.discrepancy) ** 2
+    as_good = np.all([x <= on_reference for x in left if x is not None], axis=0)
+    if removed[c] - 1.0 > 1.0 / LAW_FORM_SHARE or as_good[c]:
         return False
-    channel = choice.winner.fitted.problem.channels[c]
+    channel = fitted.problem.channels[c]
 
     def own_and_against(shares: Mapping[str, float]) -> tuple[float, bool]:
         own, most = max(shares.get(f, 0.0) for f in families), max(shares.values(), default=0.0)

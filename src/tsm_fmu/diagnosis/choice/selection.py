@@ -176,12 +176,11 @@ def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) 
 def _imitates(one: Hypothesis, hypotheses: Sequence[Hypothesis]) -> bool:
     """Whether a law that is none of the library's leaves as little as an answer with fewer parameters.
 
-    In the channels that the answer changes: what is left of others differs because the model's own values moved.
+    In the channels that the answer changes: what is left of others differs because the model's own values moved. What
+    says that the same is missing, beside another curve of friction, imitates nothing.
     """
-    return any(
-        dominated(one, other, one.acts) and len(other.effects) <= len(one.effects)
-        for other in hypotheses if other.disguised
-    )  # fmt: skip
+    others = [h for h in hypotheses if h.disguised and set(h.effects) != set(one.effects)]
+    return any(dominated(one, h, one.acts) and len(h.effects) <= len(one.effects) for h in others)
 
 
 def _any_law_of_a_coordinate(effects: Sequence[str]) -> bool:
