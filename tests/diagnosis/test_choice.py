@@ -333,6 +333,15 @@ def test_rivals_that_differ_on_held_out_runs_are_told_apart() -> None:
     assert names(choice_of([plain, other, one], plain)) == [("viscous",)]
 
 
+@pytest.mark.parametrize(("behind", "alike"), [(0.029, True), (0.032, False)])
+def test_what_a_second_effect_does_is_no_allowance_among_single_ones(behind: float, alike: bool) -> None:
+    """Either leaves little more than the pair does, less than a second effect must remove; but one leaves less."""
+    plain, pair = made("", 0.05, gap=0.05), made("inertia stribeck", 0.02, gap=0.05)
+    one, other = made("inertia", 0.028, gap=0.05), made("viscous", behind, gap=0.05)
+    found = names(choice_of([plain, one, other, pair], plain))
+    assert found == [("inertia",), *([("viscous",)] if alike else [])]
+
+
 def test_two_effects_only_where_one_leaves_clearly_more() -> None:
     plain, one = made("", 0.31), made("inertia", 0.04)
     slightly, clearly = made("inertia stribeck", 0.0399), made("inertia stribeck", 0.011)

@@ -81,12 +81,13 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
     near = [_with_laws_corrected(h, plain) for h in near]
     alike = [h for h in near if indistinguishable(h, best_without, refitted, hypotheses)]
     fewest = min(len(h.effects) for h in alike)
+    alike = [h for h in alike if len(h.effects) == fewest]
+    if fewest:  # what more effects do than these is no allowance among them
+        least = min(alike, key=log_residual)
+        alike = [h for h in alike if indistinguishable(h, least, refitted, hypotheses)]
     # what corrects the form in vain is left out: of those that say the same the one without comes first
     supported = tuple(
-        sorted(
-            (h for h in alike if len(h.effects) == fewest),
-            key=lambda h: (sum(spec in h.form_corrections for spec in h.added), log_residual(h)),
-        )
+        sorted(alike, key=lambda h: (sum(spec in h.form_corrections for spec in h.added), log_residual(h)))
     )
 
     def is_dominated(one: Hypothesis) -> bool:  # also by one that lacks a correction of the form
@@ -317,7 +318,9 @@ def _within_allowance(
     worse, better, gains = [], [], []
     for mine, least, before, effective in pairs:
         removed = np.maximum(before - np.minimum(mine, least), 0.0)
-        margin = np.maximum(limit, form * removed) + DIFFERENCE_DEVIANCE * np.minimum(mine, least) / effective
+        of_form = form * removed
+        allowed = np.maximum(limit, of_form) if fewer else limit + of_form  # both are the form of a law with fewer
+        margin = allowed + DIFFERENCE_DEVIANCE * np.minimum(mine, least) / effective
         beyond = mine - least > margin + parameters * least
         # of two that leave no more than the model does on reference runs neither is the better one, and what leaves
         # little more than that has nothing to explain
