@@ -160,3 +160,18 @@ def test_an_angle_that_stands_does_not_show_what_bending_does_though_the_load_sw
     assert listed(base, ["bend_angle", "load_dependence"]) == ("bend_angle",)
     assert disguised(base, "bend_angle")
     assert not disguised(base, "load_dependence")
+
+
+@pytest.mark.parametrize(("swing", "stands"), [(0.014, True), (0.3, False)])
+def test_a_load_that_stands_does_not_show_what_depends_on_it(swing: float, stands: bool) -> None:
+    """Which side drives is then the direction, and friction that grows with the load is friction."""
+    rng = np.random.default_rng(64)
+    load = 0.39 * (1.0 + swing * rng.normal(size=(2, ROWS)))
+    inputs = [np.column_stack([r.inputs[:, 0], y]) for r, y in zip((drive_run(61), drive_run(62)), load, strict=True)]
+    runs = [replace(drive_run(seed), inputs=u) for seed, u in zip((61, 62), inputs, strict=True)]
+    base = refit(Task("TendonDrive", runs, ("x_out", "tau_in"), DRIVE), (), {})
+    names = ("drive_direction", "load_dependence", "tendon_elasticity@x_out", "slack@x_out")
+    assert [disguised(base, spec) for spec in names] == 4 * [stands]
+    assert not disguised(base, "direction_asymmetry")
+    if stands:
+        assert listed(base, ["drive_direction"]) == ("drive_direction",)

@@ -196,8 +196,8 @@ REPEATED_SHARE = 1.0 / 3.0
 turns: a law at one place of the stroke comes once in turns that are long enough."""
 
 STANDING_SHARE = 0.02
-"""A sheath's angle that varies by less of its mean stands still: bends that a rig is given change it by many times
-that, what measures it wanders less."""
+"""A sheath's angle, or a load, that varies by less of its mean stands still: what a rig is given changes it by many
+times that, what measures it wanders less."""
 
 STRONGEST_RATIO = 0.5
 """Where more than noise is left, the effect that removes most must remove this many times the mean square left."""

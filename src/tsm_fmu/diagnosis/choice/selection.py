@@ -29,7 +29,7 @@ from .explained import of_explained_channels, of_levels
 from .floors import Floors, floors_of, least_floor
 from .hypotheses import Hypothesis, can_leave_out, left_out_in_turn
 from .patches import without_patches
-from .supported import Choice, choice_of, clearly_worse, dominated, log_residual
+from .supported import Choice, choice_of, clearly_worse, dominated, leaves_less, log_residual
 
 FREE_FAMILIES = ("position", "time")
 """Families of smooth laws of one coordinate."""
@@ -90,7 +90,7 @@ def select(
     if (
         len(choice.winner.effects) > MOST_EFFECTS  # its nuisance effects counted: some sum of so many closes any gap
         or any(_any_law_of_a_coordinate(h.effects) for h in choice.supported)
-        or _imitates(choice.winner, judged)
+        or _imitates(choice.winner, judged, baselines.refitted)
         or (holdout and _misleads(choice.winner, baselines.refitted, holdout))
     ):
         floors = replace(floors, unexplained=np.ones_like(floors.open_))
@@ -173,14 +173,17 @@ def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) 
     return bool((one.acts & (after > np.maximum(MISLEADING_RATIO * before, EFFECT_SPREAD_SHARE * spread))).any())
 
 
-def _imitates(one: Hypothesis, hypotheses: Sequence[Hypothesis]) -> bool:
-    """Whether a law that is none of the library's leaves as little as an answer with fewer parameters.
+def _imitates(one: Hypothesis, hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> bool:
+    """Whether a law that is none of the library's leaves as little as an answer with fewer parameters, or clearly less.
 
     In the channels that the answer changes: what is left of others differs because the model's own values moved. What
     says that the same is missing, beside another curve of friction, imitates nothing.
     """
     others = [h for h in hypotheses if h.disguised and set(h.effects) != set(one.effects)]
-    return any(dominated(one, h, one.acts) and len(h.effects) <= len(one.effects) for h in others)
+    return any(
+        (dominated(one, h, one.acts) or leaves_less(h, one, refitted)) and len(h.effects) <= len(one.effects)
+        for h in others
+    )
 
 
 def _any_law_of_a_coordinate(effects: Sequence[str]) -> bool:

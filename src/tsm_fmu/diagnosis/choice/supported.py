@@ -199,6 +199,24 @@ def dominated(one: Hypothesis, other: Hypothesis, where: BoolArray | None = None
     return not any(looks_like(spec, other.effects) for spec in one.effects)
 
 
+def leaves_less(one: Hypothesis, than: Hypothesis, refitted: Hypothesis) -> bool:
+    """Whether a hypothesis leaves clearly less than another of a channel that this changes, measured and held out.
+
+    More than its parameters, the form of a right law and noise make of it. Without held-out runs nothing is clear.
+    """
+    if one.held_out is None or than.held_out is None or refitted.held_out is None:
+        return False
+    parameters = PARAMETER_RATIO * max(one.parameter_count - than.parameter_count, 0)
+    clearly = np.ones(one.measured.size, bool)
+    for less, more, before, effective in (
+        (one.measured, than.measured, refitted.measured, than.effective),
+        (one.held_out, than.held_out, refitted.held_out, than.effective_held_out),
+    ):
+        form = LAW_FORM_SHARE * np.maximum(before - less, 0.0)
+        clearly &= more > less * (1.0 + parameters + DIFFERENCE_DEVIANCE / effective) + form
+    return bool(clearly[than.acts].any())
+
+
 def leading(hypotheses: Sequence[Hypothesis]) -> Hypothesis:
     """The one that leaves least, of those that no other leaves as little with fewer parameters: one to build on."""
     hypotheses = [h for h in hypotheses if not h.disguised] or hypotheses

@@ -32,7 +32,7 @@ from ..criteria import (
     ORDINARY_TURNS,
     VISIBLE_DEVIANCE,
 )
-from ..fits.disguise import angle_stands
+from ..fits.disguise import load_stands
 from ..fits.extent import SHAPES
 from ..fits.placing import least_stroke
 from ..fits.refit import Fitted
@@ -84,7 +84,7 @@ def unexcited(base: Fitted, candidates: Sequence[Attached], best: Hypothesis) ->
     def visible(one: Attached) -> tuple[bool, bool, bool]:
         compared = turning if one.module.ABOUT.turns else usual
         size, already = compared.visible(one)
-        can_show = compared.travel >= least_stroke(one.module) and not angle_stands(base, one)
+        can_show = compared.travel >= least_stroke(one.module) and not load_stands(base, one)
         shows, moves = (can_show and bool((size >= least).any()) for least in (detect, EFFECT_SPREAD_SHARE))
         return shows, moves, already
 

@@ -3,7 +3,8 @@
 Break-away that ages within a sample is a step after every rest, wear that is over at once a start-up: some other law,
 in the words of this one; a drum of as few turns as it may have is any smooth law of the position, and so is a spring
 that stiffens about an end of the stroke; a power of the speed with next to no exponent is Coulomb's. Only scales in
-time, travel, turns, widths, centres and exponents count: of them a signature is made.
+time, travel, turns, widths, centres and exponents count: of them a signature is made. A law of a load that stands is
+one of something else.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ def disguised(fitted: Fitted, spec: str) -> bool:
     spec : str
     """
     module = effect_of(spec)
-    if "bend" in module.Inputs._fields and angle_stands(fitted, attach(kernel(fitted.model), spec)):
+    if load_stands(fitted, attach(kernel(fitted.model), spec)):
         return True
     layers_alone = bool(module.ABOUT.core) and _little_of_it(fitted, spec, module.ABOUT.core)
     if turn_of(module) and not _of_known_drum(fitted, spec) and (layers_alone or _hardly_repeats(fitted, spec)):
@@ -76,14 +77,20 @@ def _same_at(value: float, name: str, fitted: Fitted, spec: str) -> bool:
     return bool(share.any() and (change <= AT_AN_END * share).all())
 
 
-def angle_stands(fitted: Fitted, attached: Attached) -> bool:
-    """Whether the sheath's angle that drives an effect hardly changes: it is then a law of the load alone."""
-    drive = attached.drive("bend")
-    if drive is None:
+def load_stands(fitted: Fitted, attached: Attached) -> bool:
+    """Whether what a law of a load is driven by hardly changes: the sheath's angle, of one without that the load.
+
+    It is then a law of the load alone, or of what else it takes: the direction, the friction itself.
+    """
+    signal = "bend" if "bend" in attached.module.Inputs._fields else "load"
+    if attached.module.ABOUT.family != "load" or signal not in attached.module.Inputs._fields:
         return False
-    column = [v.name for v in fitted.problem.kernel.inputs].index(drive.column)
-    angle = np.concatenate([run.inputs[:, column] for run in fitted.problem.runs])
-    return float(angle.std()) < STANDING_SHARE * abs(float(angle.mean()))
+    drive, inputs = attached.drive(signal), [v.name for v in fitted.problem.kernel.inputs]
+    column = drive.column if drive else fitted.problem.kernel.roles.load if signal == "load" else ""
+    if column not in inputs:
+        return False
+    load = np.concatenate([run.inputs[:, inputs.index(column)] for run in fitted.problem.runs])
+    return float(load.std()) < STANDING_SHARE * abs(float(load.mean()))
 
 
 def _of_known_drum(fitted: Fitted, spec: str) -> bool:
