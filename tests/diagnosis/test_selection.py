@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.test_choice import made
-from tsm_fmu.diagnosis.choice.selection import _any_law_of_a_coordinate, _far_ahead, _misleads
+from tsm_fmu.diagnosis.choice.selection import _any_law_of_a_coordinate, _far_ahead, _hidden_near, _misleads
 from tsm_fmu.diagnosis.choice.supported import Choice
 
 
@@ -122,3 +122,18 @@ def test_a_law_that_another_one_of_the_same_coordinate_mends_is_not_ahead(
     plain, one = made("", 0.12, 0.12), made("wear", 0.06, 0.07)
     both, other = made(f"wear {second}", 0.06 * share, 0.069), made("inertia", 0.119, 0.119)
     assert _far_ahead(Choice(one, (one,)), [plain, one, both, other], None).tolist() == [ahead]
+
+
+@pytest.mark.parametrize(("behind", "told_apart"), [(1.3, False), (1.5, True)])
+def test_what_hides_behind_a_law_that_is_not_quite_the_rigs_is_in_a_set_with_it(
+    behind: float, told_apart: bool
+) -> None:
+    """Unless it leaves twice the mean square: which of two laws that are not there comes nearer says little."""
+    plain, one = made("", 0.12, 0.12), made("drum_periodic", 0.05, 0.06)
+    alike, other = made("stiffness_hardening", 0.05 * behind, 0.06 * behind), made("viscous", 0.06, 0.07)
+    with_more = made("stiffness_hardening inertia", 0.05, 0.06)
+    lost = made("stiffness_hardening@F", 0.05, 0.06)
+    lost.__dict__["disguised"] = True
+    found = _hidden_near(Choice(one, (one,)), [plain, one, alike, other, with_more, lost])
+    assert [h.effects for h in found] == ([] if told_apart else [("stiffness_hardening",)])
+    assert _hidden_near(Choice(one, (one, alike)), [plain, one, alike]) == []  # there already

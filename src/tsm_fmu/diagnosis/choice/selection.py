@@ -86,7 +86,10 @@ def select(
         else:
             choice = fewer
     if floors.unexplained.any():
-        floors = replace(floors, unexplained=floors.unexplained & ~_far_ahead(choice, judged, baselines.reference))
+        ahead = floors.unexplained & _far_ahead(choice, judged, baselines.reference)
+        floors = replace(floors, unexplained=floors.unexplained & ~ahead)
+        if ahead.any():
+            choice = replace(choice, supported=(*choice.supported, *_hidden_near(choice, judged)))
     if (
         len(choice.winner.effects) > MOST_EFFECTS  # its nuisance effects counted: some sum of so many closes any gap
         or any(_any_law_of_a_coordinate(h.effects) for h in choice.supported)
@@ -141,6 +144,24 @@ def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: 
     return one.acts & found
 
 
+def _hidden_near(choice: Choice, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Single effects that hide behind one that is far ahead, and do not leave twice as much.
+
+    Its law is not quite that of the rig: which of them is nearer to that does not tell which is there.
+    """
+    one, known = choice.winner, {h.effects for h in choice.supported}
+    return [
+        h for h in sorted(hypotheses, key=log_residual)
+        if len(h.added) == len(h.effects) == 1 and h.effects not in known and not h.disguised
+        and looks_like(h.added[0], one.effects) and _near(h, one)
+    ]  # fmt: skip
+
+
+def _near(one: Hypothesis, best: Hypothesis) -> bool:
+    """Whether a hypothesis leaves less than twice what another one does."""
+    return log_residual(one) < log_residual(best) - np.log(MUCH_LESS_RATIO)
+
+
 def _bends_to_any_law(one: Hypothesis, hypotheses: Sequence[Hypothesis]) -> bool:
     """Whether with one more law of the position, or of time, at its place an effect leaves half as much."""
     sums = [h for h in hypotheses if set(one.added) < set(h.added) and _any_law_of_a_coordinate(h.added)]
@@ -156,8 +177,7 @@ def _leads(one: Hypothesis, hypotheses: Sequence[Hypothesis], specs: Collection[
     def without(h: Hypothesis) -> bool:
         return not h.disguised and not any(s in specs or looks_like(s, specs) for s in h.effects)
 
-    near = log_residual(one) - np.log(MUCH_LESS_RATIO)
-    return not any(log_residual(h) < near and without(h) for h in hypotheses) and any(map(without, hypotheses))
+    return not any(_near(h, one) and without(h) for h in hypotheses) and any(map(without, hypotheses))
 
 
 def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:
