@@ -440,6 +440,16 @@ def test_what_leaves_as_little_with_fewer_parameters_does_so_on_held_out_runs_to
     assert not dominated(few, many)
 
 
+def test_a_delay_in_place_of_a_lag_is_not_the_lag_with_one_effect_more() -> None:
+    """It predicts held-out runs worse than the lag does, and is told by the measured ones."""
+    lag = replace(made("", 0.03, 0.03, nuisance_specs={"sensor_lag@F": 0.1}), nuisances=("sensor_lag@F",))
+    delay = made("delay@F", 0.02, 0.035)
+    plain = made("", 0.104, 0.104)
+    assert set(names(choice_of([lag, delay], plain))) == {("sensor_lag@F",), ("delay@F",)}
+    beside_it = replace(delay, nuisances=("sensor_lag@F",))
+    assert names(choice_of([lag, beside_it], plain)) == [("sensor_lag@F",)]
+
+
 @pytest.mark.parametrize(("left", "imitated"), [(0.9, True), (1.2, False)])
 def test_what_an_answer_does_not_change_says_nothing_of_what_imitates_it(left: float, imitated: bool) -> None:
     """In the other channel the law that has lost its signature leaves twice as much: values of the model moved."""

@@ -35,7 +35,7 @@ def made(added: Sequence[str], left: Sequence[float], material: dict[str, float]
     fitted = cast("Fitted", Left())
     nuisance_tests = {spec: (removed, fitted) for spec, removed in (material or {}).items()}
     square = (np.array(left), None, 50.0 * ONE, ONE)
-    return Hypothesis(tuple(added), fitted, tuple(nuisance_tests), *square, nuisance_tests=lambda: nuisance_tests)
+    return Hypothesis(tuple(added), fitted, ("sensor_lag@F",), *square, nuisance_tests=lambda: nuisance_tests)
 
 
 def test_an_effect_that_removes_less_than_is_left_is_a_patch() -> None:
@@ -69,7 +69,7 @@ def test_of_three_laws_none_is_believed_where_something_is_left_though_one_only_
     choice = without_patches(Choice(two, (two,)), [made(["wear"], [0.0057]), two], np.array([True]), [])
     assert choice is not None
     assert choice.winner is two
-    large = replace(made(["inertia", "wear"], [0.0008], {"delay@F": 0.1}), form_corrections=form)  # three with it
+    large = replace(made(["inertia", "wear"], [0.0008], {"sensor_lag@F": 0.1}), form_corrections=form)  # three with it
     assert without_patches(Choice(large, (large,)), [made(["wear"], [0.0057]), large], np.array([True]), []) is None
 
 
@@ -136,6 +136,16 @@ def test_a_freedom_that_is_a_patch_is_form() -> None:
     choice = without_patches(Choice(one, (one,)), [made([], [0.0099]), one], np.array([True]), [])
     assert choice is not None
     assert choice.winner.form_corrections == ("sensor_lag@F",)
+
+
+def test_what_stands_in_place_of_a_freedom_is_not_judged_by_what_that_leaves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A delay leaves little less than the sensor's lag does, in whose place it is, and far less than none does."""
+    lag, delay = made([], [0.0037], {"sensor_lag@F": 0.05}), replace(made(["delay@F"], [0.0028]), nuisances=())
+    neither = made([], [0.021]).fitted
+    monkeypatch.setattr(module, "refit_without", lambda fitted, spec, nuisances: neither)
+    choice = without_patches(Choice(delay, (delay,)), [lag, delay], np.array([True]), [])
+    assert choice is not None
+    assert choice.winner is delay
 
 
 def shaped(rig: Rig, known: dict[str, float], hyperbola: Shape, reference: bool) -> Hypothesis:

@@ -36,9 +36,12 @@ def made(added: tuple[str, ...], parameters: int = 5) -> Hypothesis:
     fitted: Any = SimpleNamespace(
         spread=np.ones(1), rmse=np.array([rmse]), cost=rmse**2, effects=added, has=lambda _: False,
         problem=SimpleNamespace(shared=tuple(range(parameters)), per_run=(), declared={}, runs=[]),
+        share_of=lambda _: np.full(1, 0.1),
         task=Task("", (), (), {}),
     )  # fmt: skip
-    return Hypothesis(added, fitted, (), np.array([rmse**2]), None, np.full(1, 1e5), np.ones(1), (), lambda: {})
+    one = Hypothesis(added, fitted, (), np.array([rmse**2]), None, np.full(1, 1e5), np.ones(1), (), lambda: {})
+    one.__dict__["disguised"] = False
+    return one
 
 
 def _candidate(spec: str) -> Any:

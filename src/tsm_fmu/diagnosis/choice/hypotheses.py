@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -151,6 +151,10 @@ class Hypothesis:
     def has_effects(self) -> bool:
         """Whether it says that anything is missing; without a refit where one that it adds is."""
         return bool(self._missing) or bool(self.significant)
+
+    def adds(self, effects: Iterable[str], beside: Hypothesis) -> bool:
+        """Whether it adds these effects to the same nuisance effects as another: none in the place of one of them."""
+        return set(self.added) == set(effects) and self.nuisances == beside.nuisances
 
     def changed_by(self, spec: str) -> BoolArray:
         """Channels that an effect changes; shape (channels,)."""

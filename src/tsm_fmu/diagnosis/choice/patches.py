@@ -64,7 +64,7 @@ def _removed_ratio(one: Hypothesis, spec: str, hypotheses: Sequence[Hypothesis],
 def _mean_square_without(one: Hypothesis, spec: str, hypotheses: Sequence[Hypothesis]) -> FloatArray:
     """Mean square left with one effect less."""
     others = set(one.added) - {spec}
-    known = [h.measured for h in hypotheses if set(h.added) == others]
+    known = [h.measured for h in hypotheses if h.adds(others, one)]
     return known[0] if known else refit_without(one.fitted, spec, one.nuisances).rmse ** 2 + one.reference_gain
 
 
@@ -75,7 +75,7 @@ def restricted_to(
     kept = (*kept, *(spec for spec in one.form_corrections if spec in one.added))
     added = tuple(spec for spec in one.added if spec in kept)
     form = tuple(dict.fromkeys((*one.form_corrections, *(spec for spec in one.nuisances if spec not in kept))))
-    known = sorted((h for h in hypotheses if set(h.added) == set(added)), key=log_residual)
+    known = sorted((h for h in hypotheses if h.adds(added, one)), key=log_residual)
     if known:
         return replace(known[0], form_corrections=form, nuisance_tests=lambda: known[0].tested)
     fitted = one.fitted

@@ -74,8 +74,8 @@ def select(
         progress("runs left out in turn")
         refitted, *judged = together(left_out_in_turn, [baselines.refitted, found[0], *_contending(found, baselines)])
         baselines = replace(baselines, refitted=refitted, with_nuisances=judged[0])
-        by_effects = {h.added: h for h in judged}
-        found = [by_effects.get(h.added, h) for h in found]
+        by_effects = {(h.added, h.nuisances): h for h in judged}
+        found = [by_effects.get((h.added, h.nuisances), h) for h in found]
     choice = choice_of(judged, baselines.refitted)
     floors = floors_of(choice, baselines.refitted, baselines.reference)
     if floors.open_.any() and not floors.unexplained.any():

@@ -101,7 +101,8 @@ def _predicts_worse(one: Hypothesis, less: Hypothesis) -> bool:
 
     Of channels that these effects change: in others it may because values that a fit moved on do not carry over.
     """
-    if one.held_out is None or less.held_out is None or not set(less.added) < set(one.added):
+    fewer = set(less.added) < set(one.added) and less.nuisances == one.nuisances
+    if one.held_out is None or less.held_out is None or not fewer:
         return False
     limit = CLEAN_EFFECT_SPREAD_SHARE**2 * one.fitted.spread**2
     noise = DIFFERENCE_DEVIANCE * less.held_out / less.effective_held_out

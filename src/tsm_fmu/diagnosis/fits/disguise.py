@@ -46,7 +46,7 @@ def disguised(fitted: Fitted, spec: str) -> bool:
     spec : str
     """
     module = effect_of(spec)
-    if load_stands(fitted, attach(kernel(fitted.model), spec)):
+    if module.ABOUT.family == "load" and load_stands(fitted, attach(kernel(fitted.model), spec)):
         return True
     layers_alone = bool(module.ABOUT.core) and _little_of_it(fitted, spec, module.ABOUT.core)
     if turn_of(module) and not _of_known_drum(fitted, spec) and (layers_alone or _hardly_repeats(fitted, spec)):
