@@ -258,5 +258,6 @@ def test_it_is_enough_where_the_last_did_not_help_or_nothing_is_left(
     monkeypatch.setattr(module, "open_channels", lambda *_, **__: np.array([False, open_]))
     start: Any = SimpleNamespace(fitted=None)
     baselines: Any = SimpleNamespace(refitted=start, reference=None)
-    one: Any = SimpleNamespace(added=("a", "b", "c")[:base], form_corrections=form)
+    added = ("a", "b", "c")[:base]
+    one: Any = SimpleNamespace(added=added, missing=[s for s in added if s not in form])
     assert Search(kernel("LuGreFriction"), baselines, (), lambda _: None)._enough([], one) is enough

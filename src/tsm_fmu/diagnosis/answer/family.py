@@ -51,7 +51,7 @@ def family_evidence(fitted: Fitted, runs: Sequence[FitRun]) -> tuple[FamilyShare
         outputs = [run.targets[:, c] - r for run, r in zip(problem.runs, residuals, strict=True)]
         shares = family_shares(residuals, outputs, functions, normalised(moves[:, c]))
         of_steps = min(1.0, float((steps[c] / max(whole.rmse[c], 1e-300)) ** 2))
-        if of_steps > shares.get("sensor", 0.0):
+        if of_steps > shares["sensor"]:
             del shares["sensor"]
             found.append(FamilyShare("sensor", channel, of_steps, "steps"))
         found += [FamilyShare(family, channel, share) for family, share in shares.items()]

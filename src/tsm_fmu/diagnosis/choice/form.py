@@ -43,8 +43,7 @@ def with_shapes_beside(one: Hypothesis) -> Hypothesis:
 
     Alone such a law may have taken what the other effect does.
     """
-    missing = [s for s in one.added if s not in one.form_corrections]
-    for spec in missing[:-1]:
+    for spec in one.missing[:-1]:
         if not shapes_reversals(spec):
             continue
         less = refit_without(one.fitted, spec, one.nuisances)

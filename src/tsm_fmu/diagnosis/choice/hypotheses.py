@@ -82,7 +82,7 @@ class Hypothesis:
     def significant(self) -> dict[str, float]:
         """Nuisance effects that are effects of their own, by what they remove."""
         used = ((spec, removed) for spec, (removed, _) in self._significant.items())
-        least = FURTHER_EFFECT_SPREAD_SHARE if self._missing else 0.0
+        least = FURTHER_EFFECT_SPREAD_SHARE if self.missing else 0.0
         found = {spec: removed for spec, removed in used if removed > least}
         return {spec: removed for spec, removed in found.items() if not self._is_form(spec, removed)}
 
@@ -140,17 +140,17 @@ class Hypothesis:
     @property
     def effects(self) -> tuple[str, ...]:
         """All that this hypothesis says is missing."""
-        return (*self._missing, *self.significant)
+        return (*self.missing, *self.significant)
 
     @property
-    def _missing(self) -> list[str]:
+    def missing(self) -> list[str]:
         """Of the effects that it adds, those that do more than correct the form of the model."""
         return [s for s in self.added if s not in self.form_corrections]
 
     @property
     def has_effects(self) -> bool:
         """Whether it says that anything is missing; without a refit where one that it adds is."""
-        return bool(self._missing) or bool(self.significant)
+        return bool(self.missing) or bool(self.significant)
 
     def adds(self, effects: Iterable[str], beside: Hypothesis) -> bool:
         """Whether it adds these effects to the same nuisance effects as another: none in the place of one of them."""
@@ -168,7 +168,7 @@ class Hypothesis:
     @cached_property
     def changed(self) -> BoolArray:
         """Channels that the effects change which it adds; shape (channels,)."""
-        return np.any([np.zeros(self.measured.size, bool), *map(self.changed_by, self._missing)], axis=0)
+        return np.any([np.zeros(self.measured.size, bool), *map(self.changed_by, self.missing)], axis=0)
 
     @property
     def values_of_runs(self) -> int:

@@ -185,7 +185,7 @@ class Search:
         """Whether one effect more can change nothing."""
         refitted = self.baselines.refitted
         winner = choice_of(found, refitted).winner
-        if len(winner.effects) < sum(spec not in base.form_corrections for spec in base.added):
+        if len(winner.effects) < len(base.missing):
             return True  # the last one did not help
         # nothing is left to explain, and nothing explained by what is rather a nuisance
         before = self.baselines

@@ -141,7 +141,7 @@ def _with_laws_corrected(one: Hypothesis, plain: Hypothesis) -> Hypothesis:
     plain : Hypothesis
         The nuisance effects alone.
     """
-    if all(spec in one.form_corrections for spec in one.added):
+    if not one.missing:
         return one
     left = one.fitted.rmse**2
     corrects = [

@@ -60,12 +60,8 @@ def slow_with_nothing(
 
     Parameters
     ----------
-    residuals : sequence of ndarray, shape (n, channels)
-        One array a run.
-    places : sequence of Coordinates
-        At the same samples.
-    units : (str, str)
-        SI units of x and of the load.
+    residuals, places, units
+        As for `wandering_zeros`.
     """
     return _slow_with_nothing(residuals, places, [_slow_functions(p) for p in places], range(len(places)), units)
 
