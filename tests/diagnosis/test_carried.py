@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from tsm_fmu.diagnosis.fits.carried import CarriedOver, carried_over, pooled
+from tsm_fmu.diagnosis.fits.carried import STEPS, CarriedOver, carried_over, pooled
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.models.contract import InputError
 from tsm_fmu.regression.problem import FitRun
@@ -28,6 +28,14 @@ def test_what_the_fitted_runs_leave_open_is_no_gap(slow: Fitted, rig: Rig) -> No
     before, after = rms(slow.held_out_errors(held))[0], np.sqrt(carried_over(slow, held).mean_square[0])
     assert before > 3.0 * NOISE
     assert after < 1.6 * NOISE
+
+
+def test_more_steps_of_the_move_leave_no_less(rig: Rig, known: dict[str, float]) -> None:
+    """A friction that was fitted far from the speed of the held-out runs has a long way to go."""
+    slow = refit(Task("LuGreFriction", [rig(91, pace=0.05)], ("F",), {**known, "F_s": 10.0 * known["F_s"]}), (), {})
+    held = [rig(93), rig(94, pace=1.2)]
+    found, end = (carried_over(slow, held, steps).mean_square[0] for steps in (STEPS, 300))
+    assert end <= found <= 1.01 * end
 
 
 def test_what_no_values_give_stays(slow: Fitted, rig: Rig) -> None:

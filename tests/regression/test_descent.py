@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from tsm_fmu.kernels.kernel import kernel
-from tsm_fmu.regression.descent import PROMISING_STEPS, Descent, Objective, triangle
+from tsm_fmu.regression.descent import LONGER, PROMISING_STEPS, Descent, Objective, triangle
 from tsm_fmu.regression.problem import FitRun, Problem
 from tsm_fmu.regression.projection import Eliminated, Projection
 from tsm_fmu.regression.scaled_variables import ScaledVariables
@@ -147,3 +147,24 @@ def test_a_descent_that_comes_near_what_is_of_use_goes_on_as_ever_and_another_is
         assert float(np.sum(tied.residual(found) ** 2)) <= float(np.sum(tied.residual(start) ** 2))
         assert tied.slopes_asked < min(free.slopes_asked, PROMISING_STEPS)
     assert 0 < given_up < 20
+
+
+@pytest.mark.parametrize("steps", [4, 7])
+def test_a_descent_that_is_under_way_goes_on_and_one_that_has_nearly_arrived_ends(steps: int) -> None:
+    """Down a curved valley whose ground leaves nothing: each step gains a part of what is left."""
+    arrived, longer = 0, 0
+    for seed in range(20):
+        start = np.random.default_rng(seed).normal(size=2) * [1.0, 2.0]
+        short, far = Curved(True, -np.inf, seed), Curved(True, -np.inf, seed)
+        at_once = Descent(1e-9, 1e-9, 1e-9, steps).descend(short, start)  # pyright: ignore[reportArgumentType]
+        found = Descent(1e-9, 1e-9, 1e-9, steps, 0.01).descend(far, start)  # pyright: ignore[reportArgumentType]
+        before, after = (float(np.sum(far.residual(q) ** 2)) for q in (at_once, found))
+        least = float(np.sum((0.1 * far.noise) ** 2))
+        assert after <= before
+        assert far.slopes_asked < LONGER * steps
+        longer += far.slopes_asked > short.slopes_asked
+        if far.slopes_asked < LONGER * steps - 5:  # steps that are refused ask for no slope
+            arrived += 1
+            assert after <= 1.1 * least or far.slopes_asked <= steps
+    assert 0 < longer
+    assert 0 < arrived

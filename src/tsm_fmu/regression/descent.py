@@ -30,6 +30,8 @@ CACHED_ROWS, MANY_ROWS = 4096, 10_000
 APART = 1e-4
 """Part of each column beyond those before it from which on their products tell them apart, to half the digits."""
 
+LONGER = 4
+"""Times as many evaluations a descent may take that has not nearly arrived after the usual number."""
 PROMISING_STEPS = 4
 """Evaluations after which it shows whether a descent that is to reach a sum of squares comes near it."""
 WELL_PREDICTED = 0.25
@@ -49,7 +51,9 @@ class Descent:
     gradient_tolerance : float
         when the scaled gradient is less than this,
     most_steps : int
-        and after so many evaluations.
+        and after so many evaluations,
+    under_way : float
+        unless the last step gained more than this part of the sum of squares: then after `LONGER` times as many.
     difference : float
         Step of the Jacobian's finite differences, in scaled variables.
     at_most : float
@@ -60,6 +64,7 @@ class Descent:
     step_tolerance: float = 1e-7
     gradient_tolerance: float = 1e-7
     most_steps: int = 60
+    under_way: float = math.inf
     difference: float = 1e-6
     at_most: float = math.inf
 
@@ -93,6 +98,11 @@ class Descent:
         found = variables.table(self.descend(objective, variables.of(table)))
         return found if problem.cost(found) <= problem.cost(table) else table
 
+    @property
+    def longest(self) -> int:
+        """Evaluations at most, whatever the last step gained."""
+        return self.most_steps if math.isinf(self.under_way) else LONGER * self.most_steps
+
     def descend(self, objective: Objective, q: FloatArray) -> FloatArray:
         """Scaled values of the local minimum reached from ``q``; ``q`` itself where the model fails there."""
         if not objective.variables.axes or objective.at(q) is None:
@@ -109,7 +119,7 @@ class Descent:
                     ftol=self.cost_tolerance,
                     xtol=self.step_tolerance,
                     gtol=self.gradient_tolerance,
-                    max_nfev=self.most_steps,
+                    max_nfev=self.longest,
                 ).x
         except _Arrived as arrived:
             return arrived.q
@@ -241,8 +251,11 @@ class _Course:
 
     def _given_up(self, residual: FloatArray) -> bool:
         """Whether no more evaluations are to be made."""
-        hopeless = self.evaluations >= PROMISING_STEPS and residual @ residual > self.settings.at_most
-        return bool(self.evaluations >= self.settings.most_steps or hopeless)
+        assert self.last
+        settings, still, cost = self.settings, self.last[1], residual @ residual
+        hopeless = self.evaluations >= PROMISING_STEPS and cost > settings.at_most
+        arriving = (still @ still - cost) <= settings.under_way * (still @ still)
+        return bool(hopeless or (self.evaluations >= settings.most_steps and arriving))
 
     def _hardly_less(self, q: FloatArray, residual: FloatArray) -> bool:
         """Whether the last step gained next to nothing, and not for want of a model that predicts its gain.

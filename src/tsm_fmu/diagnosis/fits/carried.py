@@ -19,8 +19,10 @@ from ...regression.problem import FitRun
 from ...regression.residuals import rms
 from .refit import Fitted, descent, effective_samples
 
-STEPS = 6
-"""Steps of the move."""
+STEPS = 30
+"""Steps of the move at most: before its end it says of the better law that it does not carry over."""
+LEAST_CHANGE = 1e-3
+"""Change of the sum of squares at which it ends."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,8 @@ def carried_over(fitted: Fitted, runs: Sequence[FitRun], steps: int = STEPS) -> 
     late = [run.compared_from(int(is_settling(run).sum())) for run in runs]
     # a few steps along a joint condition do not come to their end; the fit has kept it
     joint, start = replace(problem, runs=[*problem.runs, *late], kept=()), np.vstack([fitted.table, *rows])
-    gaps = joint.gaps(descent(steps).refined(joint, start, fitted.scales) if steps else start)
+    move = replace(descent(steps), cost_tolerance=LEAST_CHANGE)
+    gaps = joint.gaps(move.refined(joint, start, fitted.scales) if steps else start)
     return _carried(fitted, gaps[:count], gaps[count:])
 
 

@@ -24,7 +24,9 @@ from ...regression.uncertainty import autocorrelation_time
 from ..criteria import BETWEEN_SAMPLES_RATIO, REMEMBERED_SHARE
 
 STEPS = 15
-"""Steps of one refit at most."""
+"""Steps of one refit at most,"""
+UNDER_WAY_GAIN = 0.01
+"""but for one whose last step gained this part of the sum of squares: it is in the valley, not yet at its end."""
 LEAST_CHANGE = 1e-4
 """Change of the sum of squares at which a refit ends: gaps are compared to a hundredth."""
 REFINED_STEPS = 30
@@ -348,8 +350,9 @@ def as_given(task: Task, effects: Sequence[str]) -> Fitted:
 
 
 def descent(steps: int, at_most: float = math.inf) -> Descent:
-    """How refits descend."""
-    return Descent(LEAST_CHANGE, 1e-6, 1e-8, steps, 1e-5, at_most)
+    """How refits descend; one that is to reach the minimum goes on as long as it is under way."""
+    under_way = UNDER_WAY_GAIN if steps >= STEPS else math.inf
+    return Descent(LEAST_CHANGE, 1e-6, 1e-8, steps, under_way, 1e-5, at_most)
 
 
 def _per_run(kernel: Kernel, task: Task) -> tuple[str, ...]:
