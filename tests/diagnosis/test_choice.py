@@ -11,7 +11,7 @@ import pytest
 
 from tsm_fmu.diagnosis.choice.form import beside
 from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis
-from tsm_fmu.diagnosis.choice.refits import interleaved, shortlist
+from tsm_fmu.diagnosis.choice.refits import _near_the_best, interleaved, shortlist
 from tsm_fmu.diagnosis.choice.selection import _imitates
 from tsm_fmu.diagnosis.choice.supported import Choice, choice_of, dominated, indistinguishable, leading, log_residual
 from tsm_fmu.diagnosis.fits.refit import Task
@@ -154,14 +154,19 @@ def test_two_that_together_remove_little_do_not_hide_the_one_that_is_there() -> 
     assert names(choice_of([plain, one, both], plain)) == [("inertia",)]
 
 
-def test_where_no_effect_acts_yet_a_further_one_is_as_one_alone() -> None:
-    """The law of the first lacks nothing in a channel that it does not change: 0.6 % of the spread is enough there."""
+@pytest.mark.parametrize("refitted", [0.02, 0.03])
+def test_where_no_effect_acts_yet_a_further_one_is_as_one_alone(refitted: float) -> None:
+    """The law of the first lacks nothing in a channel that it does not change: 0.6 % of the spread is enough there.
+
+    Nor where other values of the model have closed some of the gap.
+    """
 
     def two(added: str, first: float, second: float) -> Hypothesis:
         one = made(added, first)
         fitted: Any = one.fitted
-        task = replace(fitted.task, gap=np.array([0.08, 0.02]) * SPREAD, discrepancy=np.zeros(2), steps=np.zeros(2))
+        task = replace(fitted.task, gap=np.array([0.08, refitted]) * SPREAD, discrepancy=np.zeros(2), steps=np.zeros(2))
         vars(fitted).update(task=task, spread=np.full(2, SPREAD), rmse=np.array([first, second]) * SPREAD)
+        fitted.share_of = lambda spec: np.array([0.1, 0.001] if spec == "inertia" else [0.1, 0.1])
         return replace(one, measured=fitted.rmse**2, effective=np.full(2, MANY), effective_held_out=np.full(2, MANY))
 
     plain, one = two("", 0.08, 0.02), two("inertia", 0.01, 0.02)
@@ -290,6 +295,52 @@ def test_measured_and_held_out_runs_that_say_the_opposite_tell_nothing_apart() -
     assert set(names(choice_of([plain, one, other], plain))) == {("creep",), ("inertia",)}
     better = made("inertia", 0.01, 0.008)
     assert names(choice_of([plain, one, better], plain)) == [("inertia",)]
+
+
+def of_two_channels(added: str, rmse: tuple[float, float], held: tuple[float, float]) -> Hypothesis:
+    """The same on two channels."""
+    one, two = (made(added, *errors) for errors in zip(rmse, held, strict=True))
+    assert one.held_out is not None
+    assert two.held_out is not None
+    one.fitted.spread = one.fitted.spread.repeat(2)
+    one.fitted.share_of = lambda spec: np.array([0.1, 0.1])
+    both = np.concatenate([one.measured, two.measured]), np.concatenate([one.held_out, two.held_out])
+    return replace(
+        one, measured=both[0], held_out=both[1], effective=one.effective.repeat(2),
+        effective_held_out=one.effective_held_out.repeat(2),
+    )  # fmt: skip
+
+
+def test_channels_that_say_the_opposite_tell_two_that_leave_as_much_not_apart() -> None:
+    plain = of_two_channels("", (0.05, 0.08), (0.05, 0.08))
+    one = of_two_channels("creep", (0.011, 0.024), (0.012, 0.025))
+    other = of_two_channels("inertia", (0.021, 0.012), (0.020, 0.013))
+    assert set(names(choice_of([plain, one, other], plain))) == {("creep",), ("inertia",)}
+    assert names(choice_of([plain, one, of_two_channels("inertia", (0.012, 0.012), (0.013, 0.013))], plain)) == [
+        ("inertia",)
+    ]
+    far_less = of_two_channels("inertia", (0.021, 0.003), (0.020, 0.003))
+    assert names(choice_of([plain, one, far_less], plain)) == [("inertia",)]
+
+
+@pytest.mark.parametrize(
+    ("within", "named"), [(0.3, {"temperature_dependence"}), (0.7, {"temperature_dependence", "thermal"})]
+)
+def test_warmth_that_a_thermometer_follows_within_runs_is_told_apart_by_no_value_of_runs(
+    within: float, named: set[str]
+) -> None:
+    """A temperature that is constant in each run warmth could always make; one that rises with the work is its own."""
+    plain = made("", 0.05, 0.05)
+    follows, warms = made("temperature_dependence", 0.012, 0.0118), made("thermal", 0.0115, 0.0121, parameters=7)
+    t = np.linspace(-np.sqrt(3.0), np.sqrt(3.0), 500)
+    runs = [SimpleNamespace(inputs=(300.0 + level + within * t)[:, None]) for level in (-1.0, 1.0)]
+    for one in (follows, warms):
+        one.fitted.problem.kernel = SimpleNamespace(inputs=[SimpleNamespace(name="temperature")])
+        one.fitted.problem.runs = runs
+        one.__dict__["disguised"] = False
+    warms.fitted.problem.per_run = ("thermal__h_0",)
+    warms.fitted.problem.declared["thermal__h_0"] = SimpleNamespace(name="thermal.h_0")
+    assert {name for effects in names(choice_of([plain, follows, warms], plain)) for name in effects} == named
 
 
 def test_a_small_effect_is_named_where_it_removes_nearly_all_of_the_gap() -> None:
@@ -580,6 +631,16 @@ def test_what_is_far_behind_is_not_asked_what_its_nuisance_effects_do() -> None:
     assert leading(every) is best
     assert not _imitates(best, [plain, behind], plain)
     assert set(asked) == {"near"}
+
+
+def test_what_hides_behind_one_of_the_best_is_refitted_to_the_end_too() -> None:
+    """The first steps leave a law with more shapes farther behind than its look-alike."""
+    left = {"temperature_dependence": 0.02, "wear": 0.03, "thermal": 0.035, "viscous": 0.035, "creep": 0.02}
+    tried = [(screened(spec, 1.0), made(spec, rmse).fitted) for spec, rmse in left.items()]
+    tried.append((screened("load_dependence", 1.0), made("load_dependence", 0.05).fitted))
+    near, behind = _near_the_best([*tried, None], 2.0)
+    assert [s.attached.spec for s, _ in near] == ["temperature_dependence", "wear", "thermal", "creep"]
+    assert [s.attached.spec for s, _ in behind] == ["viscous", "load_dependence"]
 
 
 def test_shortlist_takes_an_effect_at_two_places_at_most() -> None:

@@ -216,7 +216,8 @@ parameter: it may be ranked behind laws that bend to anything."""
 
 CONTENDING_RATIO = 2.0
 """Of these, those are refitted to the end that after the first steps leave at most this many times the mean square that
-the best one leaves: later steps seldom halve it."""
+the best one leaves: later steps seldom halve it. And what hides behind one of them up to `EARLY_RATIO`: the first
+steps lead a law of more shapes less far."""
 
 PROMISING_RATIO = 1.05
 """A rival that is refitted from the values of the best is given up where its first steps leave this many times what it

@@ -21,6 +21,7 @@ ABOUT = Effect(
     shown_by="slow strokes wider than the gap, reversals finely sampled",
     places=("output", "input"),
     family="history",
+    looks_like=("backlash",),
     play=True,
     motion_only=True,
 )

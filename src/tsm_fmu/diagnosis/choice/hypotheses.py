@@ -10,6 +10,8 @@ import numpy as np
 
 from ...effects import effect_of, prefix_of, starts_of
 from ...kernels.arrays import BoolArray, FloatArray
+from ...kernels.chain import attach
+from ...kernels.kernel import kernel
 from ...regression.held_out import SETTLING
 from ...regression.problem import FitRun
 from ...regression.threads import together
@@ -17,6 +19,7 @@ from ..criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,
     FURTHER_EFFECT_SPREAD_SHARE,
     LEFT_OUT_PARTS,
+    MUCH_LESS_RATIO,
     REFERENCE_RATIO,
 )
 from ..fits.carried import STEPS as MOVE_STEPS
@@ -176,6 +179,19 @@ class Hypothesis:
         starts = [f"{prefix_of(spec)}{name}" for spec in self.added for name in starts_of(effect_of(spec))]
         used = {self.fitted.problem.declared[f].name for f in self.fitted.problem.per_run} if starts else set[str]()
         return len(used.intersection(starts)) * len(self.fitted.problem.runs)
+
+    @cached_property
+    def is_driven_within_runs(self) -> bool:
+        """Whether a column that drives one of its effects changes half as much within runs as between them, or more."""
+        problem = self.fitted.problem
+        names = [v.name for v in problem.kernel.inputs]
+        columns = [d.column for spec in self.effects for d in attach(kernel(self.fitted.model), spec).drives]
+
+        def changes(column: str) -> bool:
+            each = [run.inputs[:, names.index(column)] for run in problem.runs]
+            return bool(np.mean([x.var() for x in each]) > MUCH_LESS_RATIO**2 * np.var([x.mean() for x in each]))
+
+        return any(map(changes, columns))
 
     @property
     def parameter_count(self) -> int:

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from ...effects import prefix_of, shapes_of, sizes_of
+from ...effects import looks_like, prefix_of, shapes_of, sizes_of
 from ...kernels.arrays import FloatArray
 from ...models.contract import InputError
 from ...regression.problem import FitRun
@@ -167,12 +167,18 @@ def refit_candidates(
 def _near_the_best(
     tried: Sequence[tuple[Screened, Fitted] | None], ratio: float
 ) -> tuple[list[tuple[Screened, Fitted]], list[tuple[Screened, Fitted]]]:
-    """Candidates that leave at most so many times the mean square that the best one leaves, and the others."""
+    """Candidates that leave at most so many times the mean square that the best one leaves, and the others.
+
+    What hides behind one of these is near up to `EARLY_RATIO`: the first steps are not to choose between the two.
+    """
     there = [one for one in tried if one is not None]
-    most = min((_log_mean_square(fitted) for _, fitted in there), default=0.0) + np.log(ratio)
+    least = min((_log_mean_square(fitted) for _, fitted in there), default=0.0)
+    best = [s.attached.spec for s, fitted in there if _log_mean_square(fitted) <= least + np.log(ratio)]
     near, behind = list[tuple[Screened, Fitted]](), list[tuple[Screened, Fitted]]()
     for one in there:
-        (near if _log_mean_square(one[1]) <= most else behind).append(one)
+        spec, left = one[0].attached.spec, _log_mean_square(one[1]) - least
+        most = max(ratio, EARLY_RATIO if looks_like(spec, best) else 0.0)
+        (near if left <= np.log(most) else behind).append(one)
     return near, behind
 
 

@@ -195,7 +195,7 @@ def dominated(one: Hypothesis, other: Hypothesis, where: BoolArray | None = None
     if all((theirs < MUCH_LESS_RATIO * mine).any() for mine, theirs, _ in pairs):
         return True  # what hides behind what need not be known: that may take refits
     leaves_less = all((mine * (1.0 + CONVERGED_SHARE) < theirs).any() for mine, theirs, _ in pairs)
-    if one.values_of_runs > other.values_of_runs and not leaves_less:
+    if one.values_of_runs > other.values_of_runs and not leaves_less and not other.is_driven_within_runs:
         return True
     return not any(looks_like(spec, other.effects) for spec in one.effects)
 
@@ -265,6 +265,11 @@ def log_residual(one: Hypothesis) -> float:
     parts = [one.measured] if one.held_out is None else [one.measured, one.held_out]
     spread = one.fitted.spread**2
     return float(np.mean([np.sum(np.log(p / spread + FIT_SPREAD_SHARE**2)) for p in parts]))
+
+
+def near(one: Hypothesis, best: Hypothesis) -> bool:
+    """Whether a hypothesis leaves less than twice what another one does."""
+    return log_residual(one) < log_residual(best) - np.log(MUCH_LESS_RATIO)
 
 
 def log_gain(before: Hypothesis, after: Hypothesis) -> float:
@@ -353,8 +358,9 @@ def _within_allowance(
     if (counts != np.all(worse, axis=0)).any() and _more_values_of_runs(one, best):
         # a value for each run can stand for whatever differs between runs, and of what hides it for more
         counts = np.all(worse, axis=0) | (worse[-1] & nearly_removed(pairs[-1][0], pairs[-1][1]) & (len(pairs) > 1))
-    # measured and held-out runs that say the opposite tell nothing apart
+    # measured and held-out runs that say the opposite tell nothing apart, nor do channels of two that leave as much
     counts &= ~np.any(better, axis=0)
+    counts &= not (np.any(better) and near(one, best))
     if fewer:  # of what is left with it, a surplus effect must explain a notable part: less may mend the model's form
         counts &= np.mean(gains, axis=0) > np.log1p(NOTABLE_RATIO)
         gained = one.measured - best.measured
@@ -380,6 +386,8 @@ def least_of_further(one: Hypothesis) -> FloatArray:
     """Part of each channel's spread that one effect more must remove: more where an effect acts already."""
     removed = one.fitted.task.gap**2 - one.measured
     acts = (removed > (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2) & one.has_effects
+    if one.missing:  # of nuisance effects the share is known by refits only, which having effects has asked for
+        acts &= one.changed
     return np.where(acts, FURTHER_EFFECT_SPREAD_SHARE, CLEAN_EFFECT_SPREAD_SHARE)
 
 
