@@ -147,6 +147,12 @@ def test_names_bring_their_family_and_what_has_none_its_best_evidence() -> None:
     assert families_of((), (), (FamilyShare("time", "F", 0.03),), "F") == ()
     near = (FamilyShare("load", "F", 0.61), FamilyShare("position", "F", 0.6), FamilyShare("time", "F", 0.5))
     assert families_of((), (), near, "F") == ("load", "position")
+    # a set whose laws leave more than twice what those of another family leave
+    own = FamilyShare("time", "F", 0.63)
+    assert families_of((), ("wear", "thermal"), (FamilyShare("load", "F", 0.92), own), "F") == ("time", "load")
+    assert families_of((), ("wear", "thermal"), (FamilyShare("load", "F", 0.78), own), "F") == ("time",)
+    assert families_of((), ("wear", "thermal"), (FamilyShare("load", "x_out", 0.92), own), "F") == ("time",)
+    assert families_of(("wear",), (), (FamilyShare("load", "F", 0.92), own), "F") == ("time",)
     # what comes closest, beside what the residual says
     assert families_of((), (), seen, "F", ("inertia", "wear@x_out")) == ("time", "acceleration")
     assert families_of((), (), (), "F", ("bend_angle",)) == ("load",)

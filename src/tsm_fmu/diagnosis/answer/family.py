@@ -137,7 +137,8 @@ def families_of(
 ) -> tuple[Family, ...]:  # fmt: skip
     """Families of what the model lacks, most telling first; empty where nothing can be said.
 
-    Of named effects and of those that cannot be told apart it is what their files say; of what has no name the family
+    Of named effects and of those that cannot be told apart it is what their files say, of a set also the families whose
+    laws leave much less than those of the set's: what it lacks may be there. Of what has no name it is the family
     whose laws predict most of the residual, those whose laws predict nearly as much, and those of the effects that come
     closest, refitted with the model: what follows a parameter of the model the residual alone may not show.
 
@@ -152,9 +153,12 @@ def families_of(
     closest : sequence of str
         Effects that close much of an unknown gap.
     """
-    if effects or equivalent:
-        return tuple(dict.fromkeys(about(spec).family for spec in (*effects, *equivalent)))
     shown = [e for e in evidence if e.channel == channel and e.share > FAMILY_SHARE]
+    if effects or equivalent:
+        said: list[Family] = [about(spec).family for spec in (*effects, *equivalent)]
+        most = max((e.share for e in shown if e.family in said), default=0.0) if equivalent else 1.0
+        others: list[Family] = [e.family for e in shown if 1.0 - e.share < MUCH_LESS_RATIO * (1.0 - most)]
+        return tuple(dict.fromkeys([*said, *others]))
     of_residual: list[Family] = [e.family for e in shown if e.share >= FAMILY_TIE_SHARE * shown[0].share]
     return tuple(dict.fromkeys((*of_residual, *(about(spec).family for spec in closest))))
 
