@@ -339,7 +339,7 @@ def _within_allowance(
     # their own among them, is no form of it
     others = len(pairs) > 1 and not best.folded
     much_less = np.all([least < MUCH_LESS_RATIO * mine for mine, least, *_ in pairs], axis=0) & others
-    worse, better, gains = [], [], []
+    worse, better, gains, margins = [], [], [], []
     for mine, least, before, effective in pairs:
         removed = np.maximum(before - np.minimum(mine, least), 0.0)
         of_form = form * removed
@@ -351,10 +351,12 @@ def _within_allowance(
         ratio = REFERENCE_RATIO * bool(task.reference_removal) if fewer else 1.0
         worse.append(beyond & (much_less | (above_floor(mine, task.steps, ratio * task.discrepancy) > 0.0)))
         better.append((least - mine > margin) & (not fewer))
+        margins.append(margin)
         gains.append(np.log(np.maximum(mine, 1e-300) / np.maximum(least, 1e-300)))
     counts = np.any(worse, axis=0)
     if fewer and others:  # what the law of another effect there lacks differs between motions: a law carries over
-        counts &= ~one.changed | np.all(worse, axis=0)
+        # unless it may lack more there than the surplus does on the measured runs, which then shows in what it halves
+        counts &= ~one.changed | np.all(worse, axis=0) | (much_less & (margins[-1] > one.measured - best.measured))
     if (counts != np.all(worse, axis=0)).any() and _more_values_of_runs(one, best):
         # a value for each run can stand for whatever differs between runs, and of what hides it for more
         counts = np.all(worse, axis=0) | (worse[-1] & nearly_removed(pairs[-1][0], pairs[-1][1]) & (len(pairs) > 1))
