@@ -29,7 +29,7 @@ from .explained import of_explained_channels, of_levels
 from .floors import Floors, floors_of, least_floor
 from .hypotheses import Hypothesis, can_leave_out, left_out_in_turn
 from .patches import without_patches
-from .supported import Choice, choice_of, clearly_worse, dominated, leaves_less, log_residual, near
+from .supported import Choice, choice_of, clearly_worse, comes_near, dominated, leaves_less, log_residual
 
 FREE_FAMILIES = ("position", "time")
 """Families of smooth laws of one coordinate."""
@@ -153,7 +153,7 @@ def _hidden_near(choice: Choice, hypotheses: Sequence[Hypothesis]) -> list[Hypot
     return [
         h for h in sorted(hypotheses, key=log_residual)
         if len(h.added) == len(h.effects) == 1 and h.effects not in known and not h.disguised
-        and looks_like(h.added[0], one.effects) and near(h, one)
+        and looks_like(h.added[0], one.effects) and comes_near(h, one)
     ]  # fmt: skip
 
 
@@ -172,7 +172,7 @@ def _leads(one: Hypothesis, hypotheses: Sequence[Hypothesis], specs: Collection[
     def without(h: Hypothesis) -> bool:
         return not h.disguised and not any(s in specs or looks_like(s, specs) for s in h.effects)
 
-    return not any(near(h, one) and without(h) for h in hypotheses) and any(map(without, hypotheses))
+    return not any(comes_near(h, one) and without(h) for h in hypotheses) and any(map(without, hypotheses))
 
 
 def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:

@@ -267,7 +267,7 @@ def log_residual(one: Hypothesis) -> float:
     return float(np.mean([np.sum(np.log(p / spread + FIT_SPREAD_SHARE**2)) for p in parts]))
 
 
-def near(one: Hypothesis, best: Hypothesis) -> bool:
+def comes_near(one: Hypothesis, best: Hypothesis) -> bool:
     """Whether a hypothesis leaves less than twice what another one does."""
     return log_residual(one) < log_residual(best) - np.log(MUCH_LESS_RATIO)
 
@@ -362,7 +362,7 @@ def _within_allowance(
         counts = np.all(worse, axis=0) | (worse[-1] & nearly_removed(pairs[-1][0], pairs[-1][1]) & (len(pairs) > 1))
     # measured and held-out runs that say the opposite tell nothing apart, nor do channels of two that leave as much
     counts &= ~np.any(better, axis=0)
-    counts &= not (np.any(better) and near(one, best))
+    counts &= not (np.any(better) and comes_near(one, best))
     if fewer:  # of what is left with it, a surplus effect must explain a notable part: less may mend the model's form
         counts &= np.mean(gains, axis=0) > np.log1p(NOTABLE_RATIO)
         gained = one.measured - best.measured
