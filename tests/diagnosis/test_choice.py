@@ -185,6 +185,29 @@ def test_where_no_effect_acts_yet_a_further_one_is_as_one_alone(refitted: float)
     assert names(choice_of([plain, one, there], plain)) == [("inertia",)]
 
 
+@pytest.mark.parametrize(("left", "held", "named"), [(0.0083, 0.0090, False), (0.0070, 0.0075, True)])
+def test_what_takes_the_place_of_the_best_by_its_few_parameters_is_told_from_none(
+    left: float, held: float, named: bool
+) -> None:
+    """0.4 % of the spread is no effect, whatever twenty parameters more remove."""
+    few = {"effective": 45.0}
+    plain, best = made("", 0.0094, 0.0103, **few), made("thermal", 0.0070, 0.0074, parameters=25, **few)
+    one = made("viscous", left, held, **few)
+    found = choice_of([plain, best, one], plain)
+    assert found.best.added == ("thermal",)
+    assert names(found) == [("viscous",) if named else ()]
+
+
+@pytest.mark.parametrize(
+    ("left", "held", "pair"), [(0.0126, 0.0124, True), (0.0126, 0.0080, False), (0.0085, 0.0124, False)]
+)
+def test_two_effects_that_leave_half_of_what_another_one_does_on_all_runs(left: float, held: float, pair: bool) -> None:
+    """Neither is what the law of that one lacks: it is not among them."""
+    plain, another = made("", 0.0369, 0.0306, gap=0.0369), made("stribeck", left, held, gap=0.0369)
+    one, both = made("inertia", 0.03, 0.03, gap=0.0369), made("inertia viscous", 0.0065, 0.0060, gap=0.0369)
+    assert names(choice_of([plain, another, one, both], plain)) == [("inertia", "viscous") if pair else ("stribeck",)]
+
+
 def test_what_leaves_little_more_than_reference_runs_has_nothing_to_explain() -> None:
     """Within 1.3 times what the model leaves there, a law may bend to the form of the model."""
     for left, named in ((0.0255, False), (0.0265, True)):

@@ -93,7 +93,11 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
     def is_dominated(one: Hypothesis) -> bool:  # also by one that lacks a correction of the form
         return any(dominated(one, other) and len(other.effects) <= fewest for other in hypotheses)
 
-    return Choice(best, tuple(h for h in supported if not is_dominated(h)) or supported)
+    supported = tuple(h for h in supported if not is_dominated(h)) or supported
+    # one that takes the place of the best by its few parameters must itself be told from none
+    if fewest and not plain.effects and all(indistinguishable(plain, h, refitted) for h in supported):
+        supported = (plain,)
+    return Choice(best, supported)
 
 
 def _predicts_worse(one: Hypothesis, less: Hypothesis) -> bool:
@@ -327,9 +331,6 @@ def _within_allowance(
     spread = best.fitted.spread**2
     nearly_explained = _nearly_explained(one, best)
     task, surplus = best.fitted.task, best.parameter_count - one.parameter_count
-    limit = np.square(least_of_further(one) if fewer else FIT_SPREAD_SHARE) * spread
-    if fewer:  # a converter that truncates makes more than one that rounds, and some of that follows the motion
-        limit = np.maximum(limit, (REFERENCE_RATIO * task.steps) ** 2)
     parameters = 0.0 if fewer else PARAMETER_RATIO * max(surplus, 0)
     form = np.where(nearly_explained, 0.0, LAW_FORM_SHARE)
     pairs = [(one.measured, best.measured, baseline, best.effective)]
@@ -339,6 +340,13 @@ def _within_allowance(
     # their own among them, is no form of it
     others = len(pairs) > 1 and not best.folded
     much_less = np.all([least < MUCH_LESS_RATIO * mine for mine, least, *_ in pairs], axis=0) & others
+    share = np.full(one.measured.size, FIT_SPREAD_SHARE)
+    if fewer:  # the surplus may be what the law of an effect lacks that both have
+        halved = much_less & (not set(one.missing or one.effects) <= set(best.effects))
+        share = np.where(halved, CLEAN_EFFECT_SPREAD_SHARE, least_of_further(one))
+    limit = share**2 * spread
+    if fewer:  # a converter that truncates makes more than one that rounds, and some of that follows the motion
+        limit = np.maximum(limit, (REFERENCE_RATIO * task.steps) ** 2)
     worse, better, gains, margins = [], [], [], []
     for mine, least, before, effective in pairs:
         removed = np.maximum(before - np.minimum(mine, least), 0.0)
