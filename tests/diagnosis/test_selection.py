@@ -137,10 +137,3 @@ def test_what_hides_behind_a_law_that_is_not_quite_the_rigs_is_in_a_set_with_it(
     found = _hidden_near(Choice(one, (one,)), [plain, one, alike, other, with_more, lost])
     assert [h.effects for h in found] == ([] if told_apart else [("stiffness_hardening",)])
     assert _hidden_near(Choice(one, (one, alike)), [plain, one, alike]) == []  # there already
-    # of several effects each of both, or behind one of them
-    pair, same = made("drum_periodic viscous", 0.05, 0.06), made("stiffness_hardening viscous", 0.05, 0.06)
-    for several in (pair, same):
-        several.__dict__["disguised"] = False
-    unlike = made("stiffness_hardening inertia", 0.05, 0.06)
-    assert [h.effects for h in _hidden_near(Choice(pair, (pair,)), [plain, pair, one, same, unlike])] == [same.effects]
-    assert _hidden_near(Choice(plain, (plain,)), [plain, one, alike]) == []  # where nothing is missing

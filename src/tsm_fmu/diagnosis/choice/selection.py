@@ -88,6 +88,8 @@ def select(
     if floors.unexplained.any():
         ahead = floors.unexplained & _far_ahead(choice, judged, baselines.reference)
         floors = replace(floors, unexplained=floors.unexplained & ~ahead)
+        if ahead.any():
+            choice = replace(choice, supported=(*choice.supported, *_hidden_near(choice, judged)))
     if (
         len(choice.winner.effects) > MOST_EFFECTS  # its nuisance effects counted: some sum of so many closes any gap
         or any(_any_law_of_a_coordinate(h.effects) for h in choice.supported)
@@ -104,8 +106,6 @@ def select(
             part = without_patches(part, found, left, holdout)
         part = part or of_levels(choice, floors.open_ | floors.unexplained, baselines.levels, found, holdout)
         choice, floors = part or choice, replace(floors, in_part=part is not None)
-    if not floors.unexplained.all() or floors.in_part:
-        choice = replace(choice, supported=(*choice.supported, *_hidden_near(choice, judged)))
     return Selection(baselines, tuple(found), choice, floors)
 
 
@@ -145,24 +145,16 @@ def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: 
 
 
 def _hidden_near(choice: Choice, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Hypotheses of as many effects that hide behind those supported, and leave less than twice as much.
+    """Single effects that hide behind one that is far ahead, and do not leave twice as much.
 
-    A law of the library is not quite that of the rig: which of two that look alike is nearer to it does not tell which
-    is there.
+    Its law is not quite that of the rig: which of them is nearer to that does not tell which is there.
     """
-    one, found = choice.winner, list[Hypothesis]()
-    known = {frozenset(h.effects) for h in choice.supported}
-
-    def hides(effects: Collection[str]) -> bool:
-        return all(spec in one.effects or looks_like(spec, one.effects) for spec in effects)
-
-    candidates = [h for h in hypotheses if h.missing and comes_near(h, one) and hides(h.missing)]
-    for h in sorted(candidates, key=log_residual) if one.has_effects else []:
-        effects = frozenset(h.effects)
-        if effects not in known and len(effects) == len(one.effects) and hides(effects) and not h.disguised:
-            found.append(h)
-            known.add(effects)
-    return found
+    one, known = choice.winner, {h.effects for h in choice.supported}
+    return [
+        h for h in sorted(hypotheses, key=log_residual)
+        if len(h.added) == len(h.effects) == 1 and h.effects not in known and not h.disguised
+        and looks_like(h.added[0], one.effects) and comes_near(h, one)
+    ]  # fmt: skip
 
 
 def _bends_to_any_law(one: Hypothesis, hypotheses: Sequence[Hypothesis]) -> bool:
