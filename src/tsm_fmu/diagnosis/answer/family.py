@@ -156,9 +156,10 @@ def families_of(
     shown = [e for e in evidence if e.channel == channel and e.share > FAMILY_SHARE]
     if effects or equivalent:
         said: list[Family] = [about(spec).family for spec in (*effects, *equivalent)]
-        most = max((e.share for e in shown if e.family in said), default=0.0) if equivalent else 1.0
-        others: list[Family] = [e.family for e in shown if 1.0 - e.share < MUCH_LESS_RATIO * (1.0 - most)]
-        return tuple(dict.fromkeys([*said, *others]))
+        if equivalent:
+            most = max((e.share for e in shown if e.family in said), default=0.0)
+            said.extend(e.family for e in shown if 1.0 - e.share < MUCH_LESS_RATIO * (1.0 - most))
+        return tuple(dict.fromkeys(said))
     of_residual: list[Family] = [e.family for e in shown if e.share >= FAMILY_TIE_SHARE * shown[0].share]
     return tuple(dict.fromkeys((*of_residual, *(about(spec).family for spec in closest))))
 

@@ -171,14 +171,13 @@ def _near_the_best(
 
     What hides behind one of these is near up to `EARLY_RATIO`: the first steps are not to choose between the two.
     """
-    there = [one for one in tried if one is not None]
-    least = min((_log_mean_square(fitted) for _, fitted in there), default=0.0)
-    best = [s.attached.spec for s, fitted in there if _log_mean_square(fitted) <= least + np.log(ratio)]
+    there = [(one, _log_mean_square(one[1])) for one in tried if one is not None]
+    least = min((left for _, left in there), default=0.0)
+    best = [s.attached.spec for (s, _), left in there if left <= least + np.log(ratio)]
     near, behind = list[tuple[Screened, Fitted]](), list[tuple[Screened, Fitted]]()
-    for one in there:
-        spec, left = one[0].attached.spec, _log_mean_square(one[1]) - least
-        most = max(ratio, EARLY_RATIO if looks_like(spec, best) else 0.0)
-        (near if left <= np.log(most) else behind).append(one)
+    for one, left in there:
+        most = max(ratio, EARLY_RATIO) if looks_like(one[0].attached.spec, best) else ratio
+        (near if left <= least + np.log(most) else behind).append(one)
     return near, behind
 
 

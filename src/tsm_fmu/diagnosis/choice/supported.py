@@ -340,13 +340,14 @@ def _within_allowance(
     # their own among them, is no form of it
     others = len(pairs) > 1 and not best.folded
     much_less = np.all([least < MUCH_LESS_RATIO * mine for mine, least, *_ in pairs], axis=0) & others
-    share = np.full(one.measured.size, FIT_SPREAD_SHARE)
-    if fewer:  # the surplus may be what the law of an effect lacks that both have
-        halved = much_less & (not set(one.missing or one.effects) <= set(best.effects))
-        share = np.where(halved, CLEAN_EFFECT_SPREAD_SHARE, least_of_further(one))
-    limit = share**2 * spread
-    if fewer:  # a converter that truncates makes more than one that rounds, and some of that follows the motion
-        limit = np.maximum(limit, (REFERENCE_RATIO * task.steps) ** 2)
+    limit = FIT_SPREAD_SHARE**2 * spread
+    if fewer:
+        share = least_of_further(one)
+        # what is halved without an effect of this one is not what the law of that lacks
+        if much_less.any() and not set(one.missing or one.effects) <= set(best.effects):
+            share = np.where(much_less, CLEAN_EFFECT_SPREAD_SHARE, share)
+        # a converter that truncates makes more than one that rounds, and some of that follows the motion
+        limit = np.maximum(share**2 * spread, (REFERENCE_RATIO * task.steps) ** 2)
     worse, better, gains, margins = [], [], [], []
     for mine, least, before, effective in pairs:
         removed = np.maximum(before - np.minimum(mine, least), 0.0)
@@ -396,7 +397,7 @@ def least_of_further(one: Hypothesis) -> FloatArray:
     """Part of each channel's spread that one effect more must remove: more where an effect acts already."""
     removed = one.fitted.task.gap**2 - one.measured
     acts = (removed > (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2) & one.has_effects
-    if one.missing:  # of nuisance effects the share is known by refits only, which having effects has asked for
+    if one.missing:  # else it is a nuisance effect, which may act in any channel
         acts &= one.changed
     return np.where(acts, FURTHER_EFFECT_SPREAD_SHARE, CLEAN_EFFECT_SPREAD_SHARE)
 

@@ -20,7 +20,7 @@ from ...regression.residuals import rms
 from .refit import Fitted, descent, effective_samples
 
 STEPS = 30
-"""Steps of the move at most: before its end it says of the better law that it does not carry over."""
+"""Steps of the move at most, but for one under way: before its end a law may seem not to carry over."""
 LEAST_CHANGE = 1e-3
 """Change of the sum of squares at which it ends."""
 

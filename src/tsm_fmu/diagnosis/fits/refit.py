@@ -30,7 +30,8 @@ UNDER_WAY_GAIN = 0.01
 LEAST_CHANGE = 1e-4
 """Change of the sum of squares at which a refit ends: gaps are compared to a hundredth."""
 REFINED_STEPS = 30
-"""Steps of the refit of an answer at most: so many that gain less than `LEAST_CHANGE` do not make `REFINED_GAIN`."""
+"""Steps of the refit of an answer, but for one under way: so many that gain less than `LEAST_CHANGE` do not make
+`REFINED_GAIN`."""
 REFINED_GAIN = 0.01
 """Part of the sum of squares that it must be worth."""
 
