@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.test_choice import made
-from tsm_fmu.diagnosis.choice.selection import _any_law_of_a_coordinate, _far_ahead, _hidden_near, _misleads
+from tsm_fmu.diagnosis.choice.selection import (
+    _any_law_of_a_coordinate,
+    _far_ahead,
+    _hidden_near,
+    _misleads,
+    _without_any_laws,
+)
 from tsm_fmu.diagnosis.choice.supported import Choice
 
 
@@ -53,6 +59,13 @@ def test_a_small_error_that_doubles_misleads_nobody() -> None:
 )  # fmt: skip
 def test_two_laws_of_one_coordinate_at_one_place_are_any_law_of_it(effects: tuple[str, ...], any_law: bool) -> None:
     assert _any_law_of_a_coordinate(effects) is any_law
+
+
+def test_a_sum_that_is_any_law_of_a_coordinate_stands_beside_no_other() -> None:
+    one, other = made("drum_periodic inertia", 0.042), made("drum_periodic delay@F", 0.042)
+    anything = made("drum_periodic stiffness_hardening", 0.039)
+    assert _without_any_laws(Choice(anything, (anything, one, other))) == Choice(anything, (one, other))
+    assert _without_any_laws(Choice(anything, (anything,))) == Choice(anything, (anything,))
 
 
 @pytest.mark.parametrize(
@@ -122,6 +135,53 @@ def test_a_law_that_another_one_of_the_same_coordinate_mends_is_not_ahead(
     plain, one = made("", 0.12, 0.12), made("wear", 0.06, 0.07)
     both, other = made(f"wear {second}", 0.06 * share, 0.069), made("inertia", 0.119, 0.119)
     assert _far_ahead(Choice(one, (one,)), [plain, one, both, other], None).tolist() == [ahead]
+
+
+@pytest.mark.parametrize(
+    ("left", "held", "ahead"),
+    [
+        (0.022, 0.11, True),  # of other runs a fifth is removed: the rest may be the form of the model
+        (0.022, 0.12, False),  # nothing
+        (0.026, 0.11, False),  # what is left of the measured runs may be another effect
+        (0.026, 0.1, True),  # of others a notable part is removed
+    ],
+)
+def test_what_is_left_of_other_motions_takes_no_name_away_where_next_to_nothing_is_left_of_the_measured(
+    left: float, held: float, ahead: bool
+) -> None:
+    plain, one, other = made("", 0.12, 0.12), made("inertia", left, held), made("viscous", 0.119, 0.12)
+    assert _far_ahead(Choice(one, (one,)), [plain, one, other], None).tolist() == [ahead]
+
+
+@pytest.mark.parametrize(("gap", "ahead"), [(0.0152, True), (0.0148, False)])
+def test_what_removes_less_than_a_gap_is_not_ahead_for_leaving_little(gap: float, ahead: bool) -> None:
+    """By 1.2 % of the spread: sqrt(0.0152^2 - 0.009^2) is more, sqrt(0.0148^2 - 0.009^2) less."""
+    plain, one, other = made("", gap, 0.05), made("inertia", 0.009, 0.049), made("viscous", gap, 0.05)
+    assert _far_ahead(Choice(one, (one,)), [plain, one, other], None).tolist() == [ahead]
+
+
+@pytest.mark.parametrize(
+    ("rival", "ahead"),
+    [
+        ((0.04, 0.1), True),  # of other runs it leaves as much
+        ((0.04, 0.098), False),  # less
+        ((0.03, 0.11), False),  # less than twice as much of the measured ones, and on the average
+    ],
+)
+def test_a_rival_that_leaves_twice_as_much_of_the_measured_runs_and_no_less_of_others_is_far(
+    rival: tuple[float, float], ahead: bool
+) -> None:
+    plain, one, other = made("", 0.12, 0.12), made("inertia", 0.022, 0.1), made("viscous", *rival)
+    assert _far_ahead(Choice(one, (one,)), [plain, one, other], None).tolist() == [ahead]
+
+
+def test_an_effect_is_no_rival_of_itself_whatever_drives_it() -> None:
+    plain, other = made("", 0.12, 0.12), made("viscous", 0.119, 0.119)
+    one, again = made("load_dependence~T_in[N]", 0.05, 0.06), made("load_dependence", 0.0501, 0.0601)
+    one.__dict__["disguised"] = again.__dict__["disguised"] = False
+    assert _far_ahead(Choice(one, (one, again)), [plain, one, again, other], None).tolist() == [True]
+    elsewhere = made("viscous", 0.0501, 0.0601)
+    assert not _far_ahead(Choice(one, (one, elsewhere)), [plain, one, elsewhere, other], None).any()
 
 
 @pytest.mark.parametrize(("behind", "told_apart"), [(1.3, False), (1.5, True)])

@@ -14,9 +14,11 @@ from ...regression.residuals import rms
 from ...regression.threads import together
 from ..criteria import (
     CLEAN_EFFECT_SPREAD_SHARE,
+    CONVERGED_SHARE,
     EFFECT_SPREAD_SHARE,
     EXPLAINED_SHARE,
     FOLDED_HYPOTHESES,
+    FURTHER_EFFECT_SPREAD_SHARE,
     LEADING_SHARE,
     MISLEADING_RATIO,
     MOST_EFFECTS,
@@ -76,7 +78,7 @@ def select(
         baselines = replace(baselines, refitted=refitted, with_nuisances=judged[0])
         by_effects = {(h.added, h.nuisances): h for h in judged}
         found = [by_effects.get((h.added, h.nuisances), h) for h in found]
-    choice = choice_of(judged, baselines.refitted)
+    choice = _without_any_laws(choice_of(judged, baselines.refitted))
     floors = floors_of(choice, baselines.refitted, baselines.reference)
     if floors.open_.any() and not floors.unexplained.any():
         progress("patches")
@@ -120,8 +122,9 @@ def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: 
 
     One effect closes half of the gap of measured runs there and a notable part of that of others, nothing else is
     supported but what hides behind it, and without these twice as much is left at least: its law is not quite that of
-    the rig then, or the form of the model is what all candidates leave. Or it predicts most of the gap of runs that it
-    was not fitted to, which no such form does.
+    the rig then, or the form of the model is what all candidates leave. A gain of others will do where what it leaves
+    of the measured runs is too little for a second effect: other motions may show more of the form. Or it predicts
+    most of the gap of runs that it was not fitted to, which no such form does.
     Of several effects each would have such a lead: a sum of laws bends to the form. Nor is it one where a sum with
     another law of the same coordinate leaves half as much: such a sum is any law of it, and the rig's is none of both.
     """
@@ -137,9 +140,15 @@ def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: 
     specs = {spec for h in choice.supported for spec in h.effects}
     if not _leads(one, hypotheses, specs) or _bends_to_any_law(one, hypotheses):
         return nowhere
-    found = closed(one.held_out, plain.held_out, EXPLAINED_SHARE) & (plain.measured - one.measured > least)
-    if all(spec in one.effects or looks_like(spec, one.effects) for spec in specs):
+    gained = plain.measured - one.measured
+    found = closed(one.held_out, plain.held_out, EXPLAINED_SHARE) & (gained > least)
+    if all(_is_same(spec, one.effects) or looks_like(spec, one.effects) for spec in specs):
         carries_over = plain.held_out - one.held_out > NOTABLE_RATIO * one.held_out
+        spread = one.fitted.spread
+        of_form = (one.measured < (FURTHER_EFFECT_SPREAD_SHARE * spread) ** 2) & (
+            gained > (EFFECT_SPREAD_SHARE * spread) ** 2
+        )
+        carries_over |= of_form & (one.held_out * (1.0 + CONVERGED_SHARE) < plain.held_out)
         found |= closed(one.measured, plain.measured, LEADING_SHARE) & carries_over
     return one.acts & found
 
@@ -166,13 +175,29 @@ def _bends_to_any_law(one: Hypothesis, hypotheses: Sequence[Hypothesis]) -> bool
 def _leads(one: Hypothesis, hypotheses: Sequence[Hypothesis], specs: Collection[str]) -> bool:
     """Whether all hypotheses without some effects, nor any that hides behind them, leave twice as much.
 
-    Not where every one has them, as nuisance effects that are large: nothing shows the lead then.
+    On the average over measured and held-out runs, or of the measured ones and no less of the others, whose motion may
+    show little but the form of the model. Not where every one has them, as nuisance effects that are large: nothing
+    shows the lead then.
     """
 
     def without(h: Hypothesis) -> bool:
-        return not h.disguised and not any(s in specs or looks_like(s, specs) for s in h.effects)
+        return not h.disguised and not any(_is_same(s, specs) or looks_like(s, specs) for s in h.effects)
 
-    return not any(comes_near(h, one) and without(h) for h in hypotheses) and any(map(without, hypotheses))
+    def far(h: Hypothesis) -> bool:
+        if not comes_near(h, one):
+            return True
+        if h.held_out is None or one.held_out is None:
+            return False
+        behind = (one.measured < MUCH_LESS_RATIO * h.measured) & (one.held_out <= h.held_out)
+        return bool(behind[one.acts].any())
+
+    rivals = [h for h in hypotheses if without(h)]
+    return bool(rivals) and all(map(far, rivals))
+
+
+def _is_same(spec: str, others: Collection[str]) -> bool:
+    """Whether one of others is the same effect of the same channel, whatever drives it."""
+    return any(place_of(spec) == place_of(other) for other in others)
 
 
 def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:
@@ -199,6 +224,12 @@ def _imitates(one: Hypothesis, hypotheses: Sequence[Hypothesis], refitted: Hypot
         (dominated(one, h, one.acts) or leaves_less(h, one, refitted)) and len(h.effects) <= len(one.effects)
         for h in others
     )
+
+
+def _without_any_laws(choice: Choice) -> Choice:
+    """The choice without sums of laws of one coordinate where others leave as little: they say more."""
+    supported = tuple(h for h in choice.supported if not _any_law_of_a_coordinate(h.effects))
+    return replace(choice, supported=supported or choice.supported)
 
 
 def _any_law_of_a_coordinate(effects: Sequence[str]) -> bool:
