@@ -225,6 +225,19 @@ def test_levels_are_read_through_noise_behind_the_converter(rig: Rig, blur: floa
     assert (found.y_0 / found.q + 0.5) % 1.0 - 0.5 == pytest.approx(0.0, abs=2e-3)
 
 
+def test_one_run_that_blurs_its_levels_more_does_not_hide_those_of_others(rig: Rig) -> None:
+    """As a logger that interpolates: some values lie between two levels, and no gap between levels stands apart."""
+    q, rng = 0.0731, np.random.default_rng(5116)
+    sharp, blurred = (converted(rig(seed), rounded(q)) for seed in (64, 65))
+    shift = 0.012 * q * rng.normal(size=blurred.targets.shape)
+    shift[::137, 0] = q * rng.uniform(0.06, 0.4, size=shift[::137, 0].shape)
+    blurred = replace(blurred, targets=blurred.targets + shift)
+    assert coarse([blurred], ["F"], np.array([0.7])) == []
+    (found,) = coarse([sharp, blurred], ["F"], np.array([0.7]))
+    assert found.q == pytest.approx(q, rel=1e-3)
+    assert (found.y_0 / found.q + 0.5) % 1.0 - 0.5 == pytest.approx(0.0, abs=2e-3)
+
+
 def test_levels_that_noise_hides_are_none(rig: Rig) -> None:
     q, rng = 0.0731, np.random.default_rng(5114)
     runs = [converted(rig(seed), rounded(q)) for seed in (64, 65)]

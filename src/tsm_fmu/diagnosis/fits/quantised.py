@@ -70,18 +70,22 @@ def levels_of(runs: Sequence[FitRun], channels: Sequence[str]) -> list[Levels]:
         All samples.
     channels : sequence of str
     """
-    found = []
-    for c, channel in enumerate(channels):
-        y = np.concatenate([run.targets[:, c] for run in runs])
-        q = quantisation_step(without_blur(y))
-        if q == 0.0:
-            continue
-        turn = np.exp(2j * np.pi * y / q)
-        y_0 = float(np.angle(turn.mean()) / (2.0 * np.pi) * q)
-        off = np.abs((y - y_0) / q - np.round((y - y_0) / q))
-        if np.quantile(off, 0.99) < LEVEL_STEP_SHARE:
-            found.append(Levels(channel, float(q), y_0))
-    return found
+
+    def of(channel: str, parts: Sequence[FloatArray]) -> Levels | None:
+        y = np.concatenate(parts)
+        for part in (y, *parts):  # one run may blur its levels more than others do
+            q = quantisation_step(without_blur(part))
+            if q == 0.0:
+                continue
+            turn = np.exp(2j * np.pi * y / q)
+            y_0 = float(np.angle(turn.mean()) / (2.0 * np.pi) * q)
+            off = np.abs((y - y_0) / q - np.round((y - y_0) / q))
+            if np.quantile(off, 0.99) < LEVEL_STEP_SHARE:
+                return Levels(channel, float(q), y_0)
+        return None
+
+    found = (of(channel, [run.targets[:, c] for run in runs]) for c, channel in enumerate(channels))
+    return [one for one in found if one is not None]
 
 
 def without_blur(y: FloatArray) -> FloatArray:
