@@ -172,6 +172,16 @@ def test_parameters_and_refusal() -> None:
     )
 
 
+def test_an_answer_whose_model_predicts_held_out_runs_no_better_says_so() -> None:
+    """An effect can be plain on the measured runs while other motions show what these leave open of the model."""
+    better = answer(found("named", effects=("bend_angle",), gap=gap(holdout_refitted=0.012, holdout_after=0.0119)))
+    assert "do not carry over" not in better
+    worse = gap(refitted=0.0101, after=0.0013, holdout_refitted=0.0112, holdout_after=0.0123, closure=0.0)
+    said = answer(found("named", effects=("bend_angle",), gap=worse))
+    assert "On the measured runs a refit alone leaves 10.1 mN.m, the answer 1.3 mN.m." in said
+    assert "Of tau_in the values of the answer's model do not carry over to the held-out runs" in said
+
+
 def test_a_channel_that_nothing_explains_is_said_beside_the_answer() -> None:
     left = gap()
     left["x_out"] = replace(left["x_out"], unexplained=True, holdout_before=0.31, holdout_after=0.27)

@@ -67,10 +67,12 @@ def _with_other_values(found: Diagnosis, numbers: str) -> str:
     elsewhere = [c for c, g in found.gap.items() if not carries_over(g)]
     of = " of the measured runs" if elsewhere else ""
     text = f"No effect named: other parameter values{more} close the gap{of}{how}. {as_sentence(numbers)}"
-    if not elsewhere:
-        return text
+    return text + (_not_carried_text(elsewhere, "they") if elsewhere else "")
+
+
+def _not_carried_text(channels: Sequence[str], what: str) -> str:
     return (
-        f"{text} Of {' and '.join(elsewhere)} they do not carry over to the held-out runs, whose motion shows what "
+        f" Of {' and '.join(channels)} {what} do not carry over to the held-out runs, whose motion shows what "
         "the measured ones leave open: give runs with both motions to --measured."
     )
 
@@ -146,10 +148,16 @@ def _beside(found: Diagnosis) -> list[str]:
 
 def _of_the_answer(found: Diagnosis, channel: str) -> str:
     """What an answer does not say by its names: that part of its gap is left, and of what its effects are laws."""
-    closure = found.gap[channel].closure
+    gap = found.gap[channel]
+    closure = gap.closure
     in_part = closure is not None and 0.0 < closure < EXPLAINED_SHARE
     left = " Part of it is left: the law of the rig is not quite the one that is named, or more is missing."
-    return (left if in_part else "") + _laws_text(found)
+    text = left if in_part else ""
+    if not carries_over(gap) and (gap.holdout_after or 0.0) > (gap.holdout_refitted or 0.0):
+        unit = display(gap.unit, gap.refitted)
+        text += f" On the measured runs a refit alone leaves {unit(gap.refitted)}, the answer {unit(gap.after)}."
+        text += _not_carried_text([channel], "the values of the answer's model")
+    return text + _laws_text(found)
 
 
 def _laws_text(found: Diagnosis) -> str:
