@@ -132,23 +132,23 @@ def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: 
     nowhere = np.zeros(one.measured.size, bool)
     if any(len(h.effects) != 1 for h in choice.supported) or one.held_out is None or plain.held_out is None:
         return nowhere
-    floor, least = least_floor(one, reference_fit) ** 2, (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
+    floor, spread = least_floor(one, reference_fit) ** 2, one.fitted.spread
 
     def closed(left: FloatArray, gap: FloatArray, share: float) -> BoolArray:
         return (left - floor < (1.0 - share) * np.maximum(gap - floor, 0.0)) & (gap > floor)
 
+    def removes(share: float) -> BoolArray:
+        return plain.measured - one.measured > (share * spread) ** 2
+
     specs = {spec for h in choice.supported for spec in h.effects}
     if not _leads(one, hypotheses, specs) or _bends_to_any_law(one, hypotheses):
         return nowhere
-    gained = plain.measured - one.measured
-    found = closed(one.held_out, plain.held_out, EXPLAINED_SHARE) & (gained > least)
-    if all(_is_same(spec, one.effects) or looks_like(spec, one.effects) for spec in specs):
+    found = closed(one.held_out, plain.held_out, EXPLAINED_SHARE) & removes(CLEAN_EFFECT_SPREAD_SHARE)
+    if all(_stands_for(spec, one.effects) for spec in specs):
         carries_over = plain.held_out - one.held_out > NOTABLE_RATIO * one.held_out
-        spread = one.fitted.spread
-        of_form = (one.measured < (FURTHER_EFFECT_SPREAD_SHARE * spread) ** 2) & (
-            gained > (EFFECT_SPREAD_SHARE * spread) ** 2
-        )
-        carries_over |= of_form & (one.held_out * (1.0 + CONVERGED_SHARE) < plain.held_out)
+        little_left = one.measured < (FURTHER_EFFECT_SPREAD_SHARE * spread) ** 2
+        gains = one.held_out * (1.0 + CONVERGED_SHARE) < plain.held_out
+        carries_over |= little_left & removes(EFFECT_SPREAD_SHARE) & gains
         found |= closed(one.measured, plain.measured, LEADING_SHARE) & carries_over
     return one.acts & found
 
@@ -181,7 +181,7 @@ def _leads(one: Hypothesis, hypotheses: Sequence[Hypothesis], specs: Collection[
     """
 
     def without(h: Hypothesis) -> bool:
-        return not h.disguised and not any(_is_same(s, specs) or looks_like(s, specs) for s in h.effects)
+        return not h.disguised and not any(_stands_for(s, specs) for s in h.effects)
 
     def far(h: Hypothesis) -> bool:
         if not comes_near(h, one):
@@ -195,9 +195,9 @@ def _leads(one: Hypothesis, hypotheses: Sequence[Hypothesis], specs: Collection[
     return bool(rivals) and all(map(far, rivals))
 
 
-def _is_same(spec: str, others: Collection[str]) -> bool:
-    """Whether one of others is the same effect of the same channel, whatever drives it."""
-    return any(place_of(spec) == place_of(other) for other in others)
+def _stands_for(spec: str, others: Collection[str]) -> bool:
+    """Whether an effect is one of others, whatever drives it, or hides behind one of them."""
+    return place_of(spec) in map(place_of, others) or looks_like(spec, others)
 
 
 def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:

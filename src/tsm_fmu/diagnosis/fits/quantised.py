@@ -70,22 +70,23 @@ def levels_of(runs: Sequence[FitRun], channels: Sequence[str]) -> list[Levels]:
         All samples.
     channels : sequence of str
     """
-
-    def of(channel: str, parts: Sequence[FloatArray]) -> Levels | None:
-        y = np.concatenate(parts)
-        for part in (y, *parts):  # one run may blur its levels more than others do
-            q = quantisation_step(without_blur(part))
-            if q == 0.0:
-                continue
-            turn = np.exp(2j * np.pi * y / q)
-            y_0 = float(np.angle(turn.mean()) / (2.0 * np.pi) * q)
-            off = np.abs((y - y_0) / q - np.round((y - y_0) / q))
-            if np.quantile(off, 0.99) < LEVEL_STEP_SHARE:
-                return Levels(channel, float(q), y_0)
-        return None
-
-    found = (of(channel, [run.targets[:, c] for run in runs]) for c, channel in enumerate(channels))
+    found = (_levels(channel, [run.targets[:, c] for run in runs]) for c, channel in enumerate(channels))
     return [one for one in found if one is not None]
+
+
+def _levels(channel: str, parts: Sequence[FloatArray]) -> Levels | None:
+    """Levels on which the values of all runs lie, as all or one of them show: one may blur them more than others do."""
+    y = np.concatenate(parts)
+    for shown in (y, *parts) if len(parts) > 1 else (y,):
+        q = quantisation_step(without_blur(shown))
+        if q == 0.0:
+            continue
+        turn = np.exp(2j * np.pi * y / q)
+        y_0 = float(np.angle(turn.mean()) / (2.0 * np.pi) * q)
+        off = np.abs((y - y_0) / q - np.round((y - y_0) / q))
+        if np.quantile(off, 0.99) < LEVEL_STEP_SHARE:
+            return Levels(channel, float(q), y_0)
+    return None
 
 
 def without_blur(y: FloatArray) -> FloatArray:
