@@ -44,6 +44,26 @@ def test_amounts_are_those_of_bounded_least_squares(signed: list[bool]) -> None:
     assert (at_bound > 0) == (not all(signed))
 
 
+@pytest.mark.parametrize("signs", [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 1.0]])
+def test_sizes_may_be_held_to_one_sign_each_or_to_nothing(signs: list[float]) -> None:
+    responses, outside, residual = drawn(11, 60, 3)
+    lo, hi = np.where(np.array(signs) < 0.0, -np.inf, 0.0), np.where(np.array(signs) > 0.0, np.inf, 0.0)
+    gains, amounts = explained(
+        products(responses, outside, residual, CHANNELS), squares(residual), np.full(3, True), np.array(signs)
+    )
+    used = np.array(signs) != 0.0
+    for columns, beyond, gain, found in zip(responses, outside, gains, amounts, strict=True):
+        ridge = np.diag(np.sqrt(DAMPING) * np.linalg.norm(columns, axis=1))
+        scale = np.linalg.norm(beyond, axis=1)
+        rows, right = np.vstack([beyond.T, ridge]) / scale, np.concatenate([residual, np.zeros(3)])
+        best = lsq_linear(rows[:, used], right, (lo[used], hi[used]), method="bvls", tol=1e-14).x
+        assert found[used] * scale[used] == pytest.approx(best, rel=1e-6, abs=1e-9)
+        assert not found[~used].any()
+        left = np.maximum(squares(residual - found @ beyond), CLOSED * squares(residual))
+        assert gain == pytest.approx(np.sum(np.log(squares(residual) / left)), rel=1e-9, abs=1e-12)
+    assert 0 < np.count_nonzero(amounts[:, used]) < amounts[:, used].size
+
+
 def test_all_that_can_be_closed_is_one_part_in_a_million() -> None:
     responses, outside, residual = drawn(8, 1, 1)
     responses[0, 0] = outside[0, 0] = -37.0 * residual

@@ -70,9 +70,9 @@ def test_the_period_of_a_wheel_of_unknown_size_is_found(radius: float) -> None:
     assert found.rmse[0] < 0.02
 
 
-@pytest.mark.parametrize("radius", [0.0119, 0.0173, 0.0307])
+@pytest.mark.parametrize("radius", [0.0119, 0.0173, 0.0307, 0.0893])
 def test_narrow_bursts_of_a_wheel_of_unknown_size_are_found(radius: float) -> None:
-    """Of a thousand sizes and angles few fit at all; those that come closest are searched around."""
+    """Of a thousand sizes and angles few fit; those that come closest are searched around. One turns 1.2 times."""
     base = fitted(radius, triangles)
     found = explained(base, "winding_crossover~x[m]")
     assert found.values["winding_crossover.r"] == pytest.approx(radius, rel=0.004)
@@ -80,14 +80,14 @@ def test_narrow_bursts_of_a_wheel_of_unknown_size_are_found(radius: float) -> No
     assert found.rmse[0] < 0.6 * base.rmse[0]
 
 
-@pytest.mark.parametrize("radius", [0.0119, 0.0173, 0.0307])
+@pytest.mark.parametrize(("radius", "tries"), [(0.0119, 64), (0.0173, 12), (0.0261, 48)])
 def test_bursts_are_looked_for_in_the_turns_of_a_ripple_that_explains_more(
-    radius: float, monkeypatch: pytest.MonkeyPatch
+    radius: float, tries: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With so few shapes bursts are missed and harmonics are not; in those turns the bursts explain more than they."""
 
     def few(module: ModuleType) -> np.ndarray:
-        return extent.quantiles(module)[: 96 if module.NAME == "winding_crossover" else None]
+        return extent.quantiles(module)[: tries if module.NAME == "winding_crossover" else None]
 
     monkeypatch.setattr(screening, "quantiles", few)
     base = fitted(radius, triangles)

@@ -46,7 +46,7 @@ class Params(NamedTuple):
     r: Annotated[
         float,
         Quantity("{x}/rad", "input position per radian of the drum, Eq (1)", lo=0.0, open_lo=True),
-        Shape("turns", 1.5, 12.0, tries=960),  # bursts are narrow: few of the sizes tried are near the true one
+        Shape("turns", 1.0, 12.0, tries=960),  # bursts are narrow: few of the sizes tried are near the true one
     ] = 1.0
     drag: Annotated[
         float,

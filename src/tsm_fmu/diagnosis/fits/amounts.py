@@ -84,7 +84,9 @@ class Parts:
         )
 
 
-def explained(of: Products, before: FloatArray, signed: BoolArray) -> tuple[FloatArray, FloatArray]:
+def explained(
+    of: Products, before: FloatArray, signed: BoolArray, signs: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
     """What each set explains of a residual.
 
     Parameters
@@ -94,6 +96,8 @@ def explained(of: Products, before: FloatArray, signed: BoolArray) -> tuple[Floa
         Sum of squares of the residual.
     signed : ndarray of bool, shape (sizes,)
         Whether a size parameter may be negative.
+    signs : ndarray, shape (sizes,), optional
+        That each has at most: 1, -1, or 0 where it does nothing; instead of those that it may have.
 
     Returns
     -------
@@ -105,11 +109,13 @@ def explained(of: Products, before: FloatArray, signed: BoolArray) -> tuple[Floa
     whole, scale = np.sqrt(of.whole), np.sqrt(np.einsum("scii->si", of.gram))
     reaches = whole > UNREACHED * np.sqrt(before.sum())
     shows = scale > IMITATED_SHARE * np.where(reaches, whole, np.inf)
-    per_size = 1.0 / np.where(shows, scale, np.inf)
+    if signs is not None:
+        shows &= signs != 0.0
+    per_size = (1.0 if signs is None else signs) / np.where(shows, scale, np.inf)
     gram = of.gram.sum(axis=1) * per_size[:, :, None] * per_size[:, None, :]
-    bulk = np.where(shows, whole * per_size, 1.0)
+    bulk = np.where(shows, whole * np.abs(per_size), 1.0)
     normal = gram + DAMPING * bulk[:, :, None] ** 2 * np.eye(len(signed))
-    amounts = per_size * _with_signs(normal, of.cross.sum(axis=1) * per_size, signed)
+    amounts = per_size * _with_signs(normal, of.cross.sum(axis=1) * per_size, signed & (signs is None))
     gained = 2.0 * np.einsum("sci,si->sc", of.cross, amounts) - np.einsum("scij,si,sj->sc", of.gram, amounts, amounts)
     return np.sum(np.log(before / np.maximum(before - gained, CLOSED * before)), axis=1), amounts
 

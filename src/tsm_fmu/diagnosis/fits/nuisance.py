@@ -206,7 +206,7 @@ def _with_added_effect(
     effects = [*base.effects, *([] if spec in base.effects else [spec])]
     number = (starts - 1 if second_start else starts) * (2 if starts_of(screened.attached.module) else 1)
     shapes = screened.starts[:number] or [({}, {})]
-    places = [_with_values(base, place) for place in shapes]
+    places = [_with_values(base, place) for place in (*shapes, *screened.alone)]
     before = {**base.values, **shrunk_nuisances(base, nuisances)}
     if second_start is not None and second_start.place[0]:
         values, per_run = _with_values(second_start.fitted, second_start.place)

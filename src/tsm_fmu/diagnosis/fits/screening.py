@@ -21,9 +21,10 @@ import numpy as np
 from ...effects import about, shapes_of, sizes_of, starts_of
 from ...kernels.arrays import BoolArray, FloatArray
 from ...kernels.attached import Attached
+from ...models.contract import Quantity
 from ...regression.thinning import thinned
 from ...regression.threads import together
-from .amounts import Parts, explained, products
+from .amounts import Parts, Products, explained, products
 from .extent import quantiles, turn_of
 from .refit import Fitted
 from .response import Acting, Responses, public, side_by_side
@@ -44,6 +45,8 @@ CLOSER, CLOSER_DRAWS, CLOSER_REACH = 2, 16, (0.1, 0.04, 0.015)
 distances as parts of the range."""
 ROUGH_ROWS, PROMISING = 750, 24
 """Samples of all runs together that these shapes are tried on, and how many of the best are on all samples."""
+ALONE_GAIN = 0.2
+"""Gain of one size alone from which a refit begins there too: of a sixth of a gap another valley may be worth it."""
 TURNS = (1.0, 2.0)
 """Turns of another law that one of such an effect may take: what comes twice a turn has harmonics of half of it."""
 
@@ -65,6 +68,8 @@ class Screened:
         Range of its shape parameters, of sizes with a bound and of states at the start.
     tries : list of dict
         Sizes to begin from besides, of what one linear step says little of.
+    alone : list of (dict, dict)
+        As ``starts``, the best with one size of one sign alone: the states of each run may stand for another.
     """
 
     attached: Attached
@@ -72,6 +77,7 @@ class Screened:
     starts: list[Place]
     limits: dict[str, tuple[float, float]]
     tries: Sequence[dict[str, float]] = ()
+    alone: Sequence[Place] = ()
 
 
 def screen(
@@ -109,17 +115,30 @@ class _Tried(NamedTuple):
     """One shape of a candidate: its gain, the quantiles of its shape parameters, and all of its values.
 
     Where it has states at the start of a run, ``place`` gives the best ones of each run, and ``alike`` is what it gains
-    and where it is with the first one that is tried in all of them.
+    and where it is with the first one that is tried in all of them; ``alone`` the same with the best ones of each run
+    and one size of one sign.
     """
 
     gain: float
     at: FloatArray
     place: Callable[[], Place]
     alike: tuple[float, Callable[[], Place]]
+    alone: Sequence[tuple[float, Callable[[], Place]]]
 
 
 def _same(one: Place, other: Place) -> bool:
     return one[0] == other[0] and all(np.array_equal(v, other[1][name]) for name, v in one[1].items())
+
+
+def _each_alone(signed: BoolArray) -> list[FloatArray]:
+    """One size of one sign, of those that each may have: the signs of all sizes, zero for the others."""
+    of = np.eye(signed.size)
+    return [sign * one for one, either in zip(of, signed, strict=True) for sign in ((1.0, -1.0) if either else (1.0,))]
+
+
+def _within(amount: float, bounds: Quantity) -> float:
+    """An amount of a linear step, half of the way to a bound where it lies beyond: at the bound a descent is stuck."""
+    return 0.5 * bounds.lo if amount < bounds.lo else 0.5 * bounds.hi if amount > bounds.hi else float(amount)
 
 
 def _closer(best: _Tried, tried: Callable[[FloatArray], list[_Tried]]) -> _Tried:
@@ -187,7 +206,11 @@ class _Bench:
             alike = [place() for _, place in alike]
             starts = [place for both in zip(starts, alike, strict=True) for place in both]
             starts = [one for k, one in enumerate(starts) if not any(_same(one, other) for other in starts[:k])]
-        return Screened(attached, found[0].gain, starts, self.responses.limits(acting), self.responses.tries(acting))
+        of_each = (max(one, key=lambda tried: tried[0]) for one in zip(*(one.alone for one in found), strict=True))
+        alone = [place() for gain, place in of_each if gain > ALONE_GAIN]
+        alone = [one for one in alone if not any(_same(one, other) for other in starts)]
+        tries = self.responses.tries(acting)
+        return Screened(attached, found[0].gain, starts, self.responses.limits(acting), tries, alone)
 
     def _promising(self, attached: Attached, at: FloatArray) -> FloatArray:
         """Where the best of many shapes are, the best few improved."""
@@ -199,10 +222,14 @@ class _Bench:
         """An effect at several shapes, by the quantiles of their ranges."""
         module, found = acting.attached.module, []
         sizes, states = list(sizes_of(module)), self.responses.states(module)
-        signed = np.array([acting.effect.by_name[n].quantity.lo < 0.0 for n in sizes])
+        bounds = [acting.effect.by_name[n].quantity for n in sizes]
+        signed = np.array([one.lo < 0.0 for one in bounds])
+        # what falls from run to run with some states rises with others, and no descent goes from these to those
+        alone = _each_alone(signed) if min(len(states), len(self.responses.rows)) > 1 else []
 
         def placed(what: _Explained, shape: dict[str, float], steps: FloatArray) -> Place:
-            values = {**shape, **dict(zip(sizes, (what.amounts * steps).tolist(), strict=True))}
+            amounts = (_within(amount, one) for amount, one in zip(what.amounts * steps, bounds, strict=True))
+            values = {**shape, **dict(zip(sizes, amounts, strict=True))}
             each = {n: np.array([states[i][n] for i in what.states]) for n in states[0]}
             names = {n: public(acting.attached, n) for n in (*values, *each)}
             return {names[n]: v for n, v in values.items()}, {names[n]: v for n, v in each.items()}
@@ -214,18 +241,26 @@ class _Bench:
             by_state = side_by_side([columns, *others])
             flat = by_state.reshape(-1, *columns.shape[1:])
             of_all = products(flat, self.responses.outside(flat), self.residual, self.channels)
-            gains, amounts = (a.reshape(len(few), len(states), -1) for a in explained(of_all, self.before, signed))
+            in_all = self._in_all(of_all, len(states), signed)
+            of_each = [(signs, self._in_all(of_all, len(states), signed, signs)) for signs in alone]
             for k, (one, shape, step) in enumerate(zip(few, shapes, steps, strict=True)):
-                in_all = [
-                    _Explained(float(gains[k, i, 0]), amounts[k, i], [i] * len(self.responses.rows))
-                    for i in range(len(states))
-                ]
-                alike, best = in_all[0], self._in_states(in_all, by_state[k], signed)
-                with_alike = alike.gain, partial(placed, alike, shape, step)
-                found.append(_Tried(best.gain, one, partial(placed, best, shape, step), with_alike))
+                alike, best = in_all[k][0], self._in_states(in_all[k], by_state[k], signed)
+                each = [self._in_states(every[k], by_state[k], signed, signs) for signs, every in of_each]
+                first, *others = ((what.gain, partial(placed, what, shape, step)) for what in (alike, *each))
+                found.append(_Tried(best.gain, one, partial(placed, best, shape, step), first, others))
         return found
 
-    def _in_states(self, every: Sequence[_Explained], responses: FloatArray, signed: BoolArray) -> _Explained:
+    def _in_all(
+        self, of_all: Products, states: int, signed: BoolArray, signs: FloatArray | None = None
+    ) -> list[list[_Explained]]:
+        """What an effect explains with each state in all runs, a list of states for each shape."""
+        runs, (gains, amounts) = len(self.responses.rows), explained(of_all, self.before, signed, signs)
+        each = [_Explained(float(gains[k]), amounts[k], [k % states] * runs) for k in range(len(gains))]
+        return [each[k : k + states] for k in range(0, len(each), states)]
+
+    def _in_states(
+        self, every: Sequence[_Explained], responses: FloatArray, signed: BoolArray, signs: FloatArray | None = None
+    ) -> _Explained:
         """What an effect explains with the best state of each run, from that which is best in all of them.
 
         Parameters
@@ -234,7 +269,8 @@ class _Bench:
             With each state in all runs.
         responses : ndarray, shape (states, sizes, n)
             To each size, with each state at the start of all runs.
-        signed : ndarray of bool, shape (sizes,)
+        signed, signs
+            As for `explained`.
         """
         most = max(one.gain for one in every) - NO_GAIN
         best = next(one for one in every if one.gain >= most)  # of those that nothing tells apart, the first
@@ -248,7 +284,7 @@ class _Bench:
         for _ in range(SWEEPS):
             before = best
             for k in range(runs):
-                gains, amounts = explained(of_parts.with_run(k, best.states), self.before, signed)
+                gains, amounts = explained(of_parts.with_run(k, best.states), self.before, signed, signs)
                 for i in range(states):
                     if gains[i] > best.gain + NO_GAIN:
                         best = _Explained(float(gains[i]), amounts[i], [*best.states[:k], i, *best.states[k + 1 :]])
