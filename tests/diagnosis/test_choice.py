@@ -289,6 +289,36 @@ def test_beside_another_effect_what_follows_a_reversal_is_form(spec: str) -> Non
     assert beside(other, "stribeck", made("inertia stribeck", 0.001)).effects == ("inertia", "stribeck")
 
 
+def on_two(spec_elsewhere: str, one: Hypothesis) -> Hypothesis:
+    """The same beside a second channel, which this effect alone changes."""
+    fitted: Any = one.fitted
+    fitted.spread, fitted.rmse = np.full(2, SPREAD), np.append(fitted.rmse, 0.01 * SPREAD)
+    fitted.share_of = lambda spec: np.array([0.0, 0.1] if spec == spec_elsewhere else [0.1, 0.0])
+    none = np.zeros(2)
+    fitted.task = replace(fitted.task, model="LuGreFriction", gap=none, discrepancy=none, steps=none)
+    return replace(one, measured=np.append(one.measured, (0.01 * SPREAD) ** 2))
+
+
+def test_beside_an_effect_on_another_channel_what_follows_a_reversal_may_be_all_that_is_missing() -> None:
+    """What the law of that effect lacks does not show there."""
+    spec = "backlash"
+    base, there, elsewhere = made("inertia", 0.03), made(f"inertia {spec}", 0.001), made(f"inertia {spec}", 0.001)
+    assert beside(on_two("", base), spec, on_two("", there)).effects == ("inertia",)
+    assert beside(on_two("inertia", base), spec, on_two("inertia", elsewhere)).effects == ("inertia", spec)
+
+
+@pytest.mark.parametrize(("parameters", "left", "expected"), [(14, 0.02, 1), (5, 0.02, 2), (14, 0.013, 2)])
+def test_a_form_that_takes_more_laws_and_parameters_says_no_less(parameters: int, left: float, expected: int) -> None:
+    """One law and a nuisance effect that is one of its own, or another law that needs a correction of the form."""
+    plain, few = (
+        made(added, rmse, nuisance_specs={"presliding_shape": 0.046})
+        for added, rmse in (("", 0.09), ("direction_asymmetry", 0.02))
+    )
+    many = replace(made("stribeck nonlocal_memory", left, parameters=parameters), form_corrections=("nonlocal_memory",))
+    found = choice_of([plain, few, many], plain)
+    assert len(found.winner.added) == expected
+
+
 def test_a_law_with_a_value_for_each_run_must_be_better_on_all_of_them() -> None:
     """Elsewhere such a value may stand for whatever differs between runs: loads, say."""
 

@@ -80,6 +80,7 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
     find_significant_nuisances(near)
     near = [_with_laws_corrected(h, plain) for h in near]
     alike = [h for h in near if indistinguishable(h, best_without, refitted, hypotheses)]
+    alike = [h for h in alike if not any(_more_laws(h, other) for other in alike)]
     fewest = min(len(h.effects) for h in alike)
     alike = [h for h in alike if len(h.effects) == fewest]
     if fewest:  # what more effects do than these is no allowance among them
@@ -98,6 +99,14 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
     if fewest and not plain.effects and all(indistinguishable(plain, h, refitted) for h in supported):
         supported = (plain,)
     return Choice(best, supported)
+
+
+def _more_laws(one: Hypothesis, other: Hypothesis) -> bool:
+    """Whether a hypothesis takes more laws, of those that correct the form too, to leave no less with more parameters.
+
+    It says less only because one of them counts as form: what needs fewer laws may count none as that.
+    """
+    return len(other.added) < len(one.added) and dominated(one, other)
 
 
 def _predicts_worse(one: Hypothesis, less: Hypothesis) -> bool:
