@@ -67,10 +67,11 @@ def contradicted(
     Either they leave little where those of the answer leave most, or the few of a sensor (its size, its rate, a delay
     that grows) leave much less than the many of the answer's families. Looked at is, of the channels that its effects
     change, that of which it removes most. What leaves no more there than a right name may, or than the model does on
-    reference runs, is not contradicted: what the functions predict is without the moves of the model's parameters,
-    which a refit has, and with the form of the model. Nor are, as a rule, effects that are not among the functions of
-    their family (bursts, steps of a converter): no others predict most of them. Where other motions show much of what
-    the answer is a law of, measured runs that show little of it, beside the form of the model, do not speak against it.
+    reference runs, or half of what those other laws leave, is not contradicted: what the functions predict is without
+    the moves of the model's parameters, which a refit has, and with the form of the model. Nor are, as a rule, effects
+    that are not among the functions of their family (bursts, steps of a converter): no others predict most of them.
+    Where other motions show much of what the answer is a law of, measured runs that show little of it, beside the form
+    of the model, do not speak against it.
 
     Parameters
     ----------
@@ -95,12 +96,14 @@ def contradicted(
         return False
     channel = fitted.problem.channels[c]
 
+    part_left = 1.0 / removed[c]
+
     def own_and_against(shares: Mapping[str, float]) -> tuple[float, bool]:
         own, most = max(shares.get(f, 0.0) for f in families), max(shares.values(), default=0.0)
         of_sensor = shares.get("sensor", 0.0)
         bends = most > CONTRADICTING_SHARE and own < 0.5 * most
         simpler = of_sensor > CONTRADICTING_SHARE and 1.0 - of_sensor < MUCH_LESS_RATIO * (1.0 - own)
-        return own, bends or simpler
+        return own, (bends or simpler) and part_left > MUCH_LESS_RATIO * (1.0 - most)
 
     if not own_and_against({e.family: e.share for e in evidence if e.channel == channel})[1]:
         return False
