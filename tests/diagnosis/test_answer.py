@@ -11,6 +11,7 @@ from tsm_fmu.diagnosis.answer.sentence import answer, best_wrong, leading_channe
 from tsm_fmu.diagnosis.evidence import (
     Candidate,
     ChannelError,
+    FamilyShare,
     Formula,
     Gap,
     Gate,
@@ -66,6 +67,19 @@ def test_of_a_gap_that_is_closed_in_part_it_is_said_that_the_law_may_be_another(
     alike = found("ambiguous", equivalent=(("thermal", "wear"),), gap=of)
     assert (sentence in answer(alike)) is said
     assert sentence not in answer(found("unknown", gap=of))
+
+
+def test_a_gap_of_held_out_runs_alone_is_said_without_places_and_candidates_of_the_measured_ones() -> None:
+    of = gap(holdout_before=0.0314, holdout_refitted=0.0293, holdout_after=0.0293, unexplained=True, elsewhere=True)
+    evidence = (FamilyShare("position", "tau_in", 0.62),)
+    one = found(
+        "unknown", gap=of, candidates=(candidate("inertia", 0.4),), family=("position",), family_evidence=evidence
+    )
+    assert answer(one) == (
+        "Only the held-out runs show what tau_in lacks, and no values that the measured runs allow close it; held-out "
+        "error of tau_in 31.4 -> 29.3 mN.m, floor 1.9 mN.m, on the measured runs 2.4 mN.m. Give runs with both motions "
+        "to --measured. What is missing there is a law of the position (such laws predict 62 % of it)."
+    )
 
 
 def test_a_floor_that_is_what_the_best_model_leaves_is_a_range() -> None:

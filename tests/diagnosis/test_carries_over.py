@@ -9,10 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.diagnosis.conftest import exponential
 from tests.diagnosis.test_choice import made
-from tsm_fmu.diagnosis.choice.floors import _lost_elsewhere
+from tsm_fmu.diagnosis.choice.floors import _lost_elsewhere, shown_elsewhere
 from tsm_fmu.diagnosis.choice.supported import choice_of
 from tsm_fmu.diagnosis.fits.disguise import disguised
+from tsm_fmu.diagnosis.workflow import diagnose
+from tsm_fmu.kernels.kernel import kernel
+from tsm_fmu.logs.record import Record
 
 LIMITS = {
     "wear.L": (0.31, 47.0), "breakaway_ageing.theta_0": (0.066, 83.0), "breakaway_ageing.L_0": (1e-4, 0.3),
@@ -84,6 +88,23 @@ def test_a_disguised_law_is_no_candidate_however_little_it_leaves(theta_0: float
     assert choice_of([plain, other], plain).winner is (plain if expected == "inertia" else other)
 
 
+@pytest.mark.parametrize(
+    ("measured", "held", "reference", "shown"),
+    [
+        (0.013, 0.0525, None, True), (0.013, 0.0515, None, False),  # four times
+        (0.011, 0.0505, None, True), (0.011, 0.0495, None, False),  # five hundredths of the spread
+        (0.013, 0.0525, 0.0135, False), (0.013, 0.0545, 0.0135, True),  # reference runs show as much of the form
+    ],
+)  # fmt: skip
+def test_a_gap_of_held_out_runs_alone(measured: float, held: float, reference: float | None, shown: bool) -> None:
+    plain = made("", measured, held)
+    known: Any = None if reference is None else SimpleNamespace(rmse=np.array([reference * 3.7]))
+    assert shown_elsewhere(plain, known).tolist() == [shown]
+    assert not shown_elsewhere(replace(plain, folded=True), known).any(), "measured runs left out in turn"
+    assert not shown_elsewhere(made("inertia", measured, held), known).any(), "an effect that is missing"
+    assert not shown_elsewhere(made("", measured), known).any(), "nothing held out"
+
+
 NOISE = 0.011
 
 
@@ -106,3 +127,23 @@ def test_nothing_is_lost_where_held_out_runs_show_no_gap_nothing_acts_or_nothing
     assert _lost_elsewhere(made("inertia", 0.02, 0.09, share=0.0061), made("", 0.12, 0.09), noise).all()
     assert not _lost_elsewhere(made("inertia", 0.02), made("", 0.12), noise).any()
     assert not _lost_elsewhere(made("", 0.02, 0.09), made("", 0.12, 0.1), noise).any()  # no effect: nothing is named
+
+
+def test_a_stop_that_only_held_out_runs_reach_is_unknown_and_a_law_of_the_position() -> None:
+    records = []
+    for number, size in enumerate((0.5, 0.5, 1.0)):
+        rng, t = np.random.default_rng(600 + number), np.arange(2400) * 0.01
+        x = size * (0.05 * np.sin(2.3 * t + 0.4 * number) + 0.03 * np.sin(5.9 * t + number))
+        v = np.gradient(x, 0.01)
+        stop = 19.0 * np.maximum(np.abs(x) - 0.045, 0.0) * np.sign(x)
+        force = 0.7 * exponential(x, 0.0047) + 0.3 * v + stop + 0.004 * rng.standard_normal(t.size)
+        records.append(Record(f"run {number}", t, {"v": v, "F": force}, {"v": "m/s", "F": "N"}))
+    given = {"F_c": 0.7, "F_s": 0.71, "v_s": 0.01, "sigma0": 150.0, "sigma1": 0.3, "sigma2": 0.3}
+    one = diagnose(kernel("LuGreFriction"), records[:2], holdout=records[2:], values=given)
+    assert (one.verdict, one.effects, one.family) == ("unknown", (), ("position",))
+    assert one.gap["F"].elsewhere
+    assert one.family_evidence[0].share > 0.9
+    assert one.answer.startswith("Only the held-out runs show what F lacks")
+    within = diagnose(kernel("LuGreFriction"), records[:1], holdout=records[1:2], values=given)
+    assert within.verdict in ("none", "parameters")
+    assert not within.gap["F"].elsewhere

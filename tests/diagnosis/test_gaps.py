@@ -30,12 +30,14 @@ FLOORS = Floors(
 
 def found(final: Errors = FINAL, floors: Floors = FLOORS, with_effects: bool = True, refitted: Errors = REFITTED):
     return gaps(
-        ("F", "x"), ("N", "rad"), GIVEN, refitted, final, floors, np.array([0.011, 0.022]), with_effects=with_effects
-    )
+        ("F", "x"), ("N", "rad"), GIVEN, refitted, final, floors, np.array([0.011, 0.022]), np.array([False, True]),
+        with_effects=with_effects,
+    )  # fmt: skip
 
 
 def test_errors_are_root_mean_squares_over_the_samples_of_all_runs() -> None:
     one = found()
+    assert (one["F"].elsewhere, one["x"].elsewhere) == (False, True)
     assert list(one) == ["F", "x"]
     f, x = one["F"], one["x"]
     assert (f.unit, x.unit) == ("N", "rad")
@@ -59,7 +61,9 @@ def test_on_held_out_runs_what_is_closed_is_counted_there() -> None:
     refitted = replace(REFITTED, holdout=errors([(3.0, 1.0)]).measured)
     final = replace(FINAL, holdout=errors([(1.0, 0.9)]).measured)
     given = replace(GIVEN, holdout=errors([(4.0, 2.0)]).measured)
-    one = gaps(("F", "x"), ("N", "rad"), given, refitted, final, FLOORS, np.zeros(2), with_effects=True)
+    one = gaps(
+        ("F", "x"), ("N", "rad"), given, refitted, final, FLOORS, np.zeros(2), np.zeros(2, bool), with_effects=True
+    )
     f, x = one["F"], one["x"]
     assert (f.holdout_before, f.holdout_refitted, f.holdout_after) == (4.0, 3.0, 1.0)
     assert (f.refitted, f.after) == (pytest.approx(2.0), pytest.approx(0.5))

@@ -118,6 +118,25 @@ def test_a_force_cell_that_saturates_is_said_and_nothing_is_named() -> None:
     assert "F stands at 0.83 N" in found.answer
 
 
+@pytest.mark.parametrize("clipped", [False, True])
+def test_a_limit_that_only_the_motion_of_held_out_runs_reaches(clipped: bool) -> None:
+    records = []
+    for number, size in enumerate((0.3, 0.3, 1.0)):
+        rng, t = np.random.default_rng(500 + number), np.arange(2400) * 0.01
+        x = size * (0.05 * np.sin(2.3 * t + 0.4 * number) + 0.03 * np.sin(5.9 * t + number))
+        v = np.gradient(x, 0.01)
+        force = 0.7 * exponential(x, 0.0047) + 1.9 * v
+        force = (np.minimum(force, 0.83) if clipped else force) + 0.004 * rng.standard_normal(t.size)
+        records.append(Record(f"run {number}", t, {"v": v, "F": force}, {"v": "m/s", "F": "N"}))
+    given = {"F_c": 0.7, "F_s": 0.71, "v_s": 0.01, "sigma0": 150.0, "sigma1": 0.0, "sigma2": 1.9}
+    runs = prepared(kernel("LuGreFriction"), records[:2], (), records[2:], None)
+    fits = [as_given(Task("LuGreFriction", runs.measured, runs.channels, given), ())]
+    assert limits_met(fits, runs.measured) == {}
+    found = limits_met(fits, runs.measured, runs.holdout)
+    assert set(found) == ({"F"} if clipped else set())
+    assert all(one.level == pytest.approx(0.83, abs=0.01) for one in found.values())
+
+
 @pytest.mark.parametrize(("clipped", "said"), [(False, False), (True, True)])
 def test_friction_that_levels_off_as_given_is_no_limit_of_a_sensor(clipped: bool, said: bool) -> None:
     """With play before it: a refit without the play bends to a long presliding, and goes on where the force stands."""

@@ -367,6 +367,14 @@ TONE_MOTION_RATIO = 8.0
 """A tone is looked for above this many times the frequency of the motion, which is that of its acceleration over its
 speed: below, it may be a harmonic."""
 
+NEAR_TONE_SHARE = 0.6
+"""As TONE_SHARE, of a tone nearer to the motion: most of what is left, which of a law of the motion one harmonic is
+only where that is nearly a sine."""
+
+NEAR_TONE_MOTION_RATIO = 5.0
+"""As TONE_MOTION_RATIO, of such a tone: above the third harmonic, which of what friction lacks in a sine is loudest,
+also where that of the motion is a little faster than its acceleration over its speed."""
+
 TONE_WANDER_SHARE = 0.001
 """Part of its frequency by which a tone may differ from run to run: mains mostly keep to 50 mHz of 50 Hz."""
 
@@ -435,6 +443,13 @@ ABOVE_FLOOR_RATIO = 1.3
 
 SURE_FLOOR_SHARE = 0.8
 """A floor whose lower bound is above this part of it is shown as one number."""
+
+ELSEWHERE_RATIO = 4.0
+"""Error on held-out runs over that on measured and on reference ones beyond which only their motion shows a gap: the
+form of a model differs between motions too, mostly by less than three."""
+
+ELSEWHERE_SPREAD_SHARE = 0.05
+"""Part of a channel's spread that such a gap must be: the form of a model is hardly ever as much."""
 
 CARRIED_OVER_RATIO = 2.0
 """Error on held-out runs over that on measured ones beyond which a fit does not carry over to their motion."""

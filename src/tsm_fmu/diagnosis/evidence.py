@@ -62,6 +62,8 @@ class Gap:
         Left on reference runs by the refitted model; None without any.
     unexplained : bool
         Whether something lawful is left that no effect explains.
+    elsewhere : bool
+        Whether only held-out runs show that.
     """
 
     unit: str
@@ -80,6 +82,7 @@ class Gap:
     threshold: float = 0.0
     reference: float | None = None
     unexplained: bool = False
+    elsewhere: bool = False
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from .answer.tone import sizes_on, taken_out, tones_left, with_tones, without_to
 from .answer.verdict import Verdict, verdict_of
 from .answer.wander import explained_by_zeros, offsets_of, with_free_zeros, with_sizes, zeros_that_wander
 from .choice.baselines import Baselines, baselines
+from .choice.floors import shown_elsewhere
 from .choice.search import Search, candidate_places
 from .choice.selection import Selection, select, without_names
 from .choice.visibility import Unseen, unexcited
@@ -47,7 +48,7 @@ class Investigation:
         Of fits to `with_zeros`.
     verdict : Verdict
     evidence : tuple of FamilyShare
-        Of what the refitted model leaves.
+        Of what the refitted model leaves: of held-out runs in channels of which only these show a gap.
     tones : mapping of str to Tone
         In what the model, or the best one, leaves, by channel.
     limits : mapping of str to Limit
@@ -125,7 +126,7 @@ def investigate(runs: PreparedRuns, task: Task, progress: Progress = lambda _: N
         if heard:
             result = with_tones(result, heard, on_reference)
         before = result.baselines
-        met = limits_met([before.refitted.fitted, before.given], now.runs.measured)
+        met = limits_met([before.refitted.fitted, before.given], now.runs.measured, now.runs.holdout)
         if met:
             result = with_limits(result, met)
         unseen, inapplicable = _not_excited(runs, result)
@@ -176,7 +177,7 @@ class _Searched:
         As the search works on them.
     selection : Selection
     evidence : tuple of FamilyShare
-        Of what the refitted model leaves.
+        As in `Investigation`.
     """
 
     runs: PreparedRuns
@@ -193,11 +194,17 @@ def _searched(runs: PreparedRuns, fitted: Baselines, holdout: list[FitRun], prog
     base = result.baselines.refitted
     evidence = family_evidence(base.fitted, runs.measured)
 
+    @cache
     def elsewhere() -> tuple[FamilyShare, ...]:
         return family_evidence(base.fitted.on(holdout), runs.holdout) if holdout else ()
 
     if contradicted(result.choice, base, evidence, elsewhere) or clock_runs_slow(result.choice):
         result = without_names(result)
+    of_others = shown_elsewhere(result.choice.winner, result.baselines.reference)
+    if of_others.any():
+        there = dict(zip(base.fitted.problem.channels, of_others, strict=True))
+        known = (*(e for e in elsewhere() if there[e.channel]), *(e for e in evidence if not there[e.channel]))
+        evidence = tuple(sorted(known, key=lambda e: -e.share))
     return _Searched(runs, holdout, result, evidence)
 
 

@@ -65,7 +65,8 @@ class Diagnosis:
         ``none`` and ``parameters`` of what a refit of the model's own parameters leaves, too little for a name, and of
         the nuisance parameter of the answer that removes most. Empty where nothing can be said.
     family_evidence : tuple of FamilyShare
-        What the laws of each family predict of the residual of each channel, most first.
+        What the laws of each family predict of the residual of each channel, most first; of that of held-out runs where
+        only these show it.
     tones : mapping of str to Tone
         Tones in what the best model of the search leaves, by channel: of mains or a pump, and no law of the motion.
     limits : mapping of str to Limit

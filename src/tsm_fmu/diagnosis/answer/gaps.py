@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...kernels.arrays import FloatArray
+from ...kernels.arrays import BoolArray, FloatArray
 from ...regression.problem import FitRun
 from ...regression.residuals import rms
 from ..choice.floors import Floors
@@ -54,7 +54,7 @@ def errors_of(fitted: Fitted, runs: Sequence[FitRun], holdout: Sequence[FitRun])
 
 def gaps(
     channels: Sequence[str], units: Sequence[str], given: Errors, refitted: Errors, final: Errors, floors: Floors,
-    threshold: FloatArray, *, with_effects: bool,
+    threshold: FloatArray, elsewhere: BoolArray, *, with_effects: bool,
 ) -> dict[str, Gap]:  # fmt: skip
     """Gap of each channel.
 
@@ -66,6 +66,8 @@ def gaps(
     floors : Floors
     threshold : ndarray, shape (channels,)
         RMS that an effect must remove to be named.
+    elsewhere : ndarray of bool, shape (channels,)
+        Where only held-out runs show a gap.
     with_effects : bool
         Whether the answer adds effects: what they close is counted from the refit, which is not theirs.
     """
@@ -85,6 +87,7 @@ def gaps(
             floor=floor, floor_least=least, closure=_closure(one, two, floor), closure_least=_closure(one, two, least),
             closure_interval=_interval(one, two, floor), refitted=by_refit, holdout_refitted=out_by_refit,
             threshold=float(threshold[c]), reference=reference, unexplained=bool(floors.unexplained[c]),
+            elsewhere=bool(elsewhere[c]),
         )  # fmt: skip
     return found
 

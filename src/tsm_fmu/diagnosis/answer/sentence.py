@@ -115,6 +115,8 @@ def _unexplained_text(found: Diagnosis) -> str:
 
 def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
     """The sentence where something is missing."""
+    if found.verdict == "unknown" and found.gap[channel].elsewhere:
+        return _with_gap_elsewhere(found, channel, numbers)
     place = leading_place(found, channel)
     where = f"{share_text(place)}; " if place else ""
     of = "it" if place else f"the disagreement of {channel}"
@@ -139,6 +141,18 @@ def _with_gap(found: Diagnosis, channel: str, numbers: str) -> str:
     if formula is None:
         return text
     return f"{text} What predicts {_percent(formula.share)} of it, not a name: {channel} lacks {formula.text}."
+
+
+def _with_gap_elsewhere(found: Diagnosis, channel: str, numbers: str) -> str:
+    """The sentence where only held-out runs show that something is missing: none of the candidates was fitted to it."""
+    gap = found.gap[channel]
+    unit = display(gap.unit, max(gap.holdout_before or 0.0, gap.floor))
+    text = as_sentence(
+        f"only the held-out runs show what {channel} lacks, and no values that the measured runs allow close it; "
+        f"{numbers}, on the measured runs {unit(gap.after)}"
+    )
+    text += " Give runs with both motions to --measured."
+    return text + _family_text(found, channel, "what is missing there")
 
 
 def _beside(found: Diagnosis) -> list[str]:

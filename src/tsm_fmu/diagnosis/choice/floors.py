@@ -16,6 +16,8 @@ from ...regression.residuals import noise_floor
 from ...regression.residuals import white_noise as white_noise_of
 from ..criteria import (
     EFFECT_SPREAD_SHARE,
+    ELSEWHERE_RATIO,
+    ELSEWHERE_SPREAD_SHARE,
     EXPLAINED_SHARE,
     LAW_FORM_SHARE,
     LAW_SHARE,
@@ -93,9 +95,8 @@ def floors_of(choice: Choice, refitted: Hypothesis, reference_fit: Fitted | None
     if reference_fit is not None:  # gaps are judged against the larger floor
         noise, least = np.maximum(noise, reference_fit.rmse), np.maximum(least, reference_fit.rmse)
     open_ = open_channels(winner, refitted.fitted, reference_fit)
-    unexplained = (open_ & ~mostly_explained(winner, refitted, reference_fit)) | _lost_elsewhere(
-        winner, refitted, noise
-    )
+    unexplained = open_ & ~mostly_explained(winner, refitted, reference_fit)
+    unexplained |= _lost_elsewhere(winner, refitted, noise) | shown_elsewhere(winner, reference_fit)
     return Floors(noise, least, None if reference_fit is None else reference_fit.rmse, open_, unexplained)
 
 
@@ -174,6 +175,18 @@ def _lost_elsewhere(one: Hypothesis, refitted: Hypothesis, noise: FloatArray) ->
     acts = one.acts & (refitted.measured - one.measured > (EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2)
     plain = gap > (EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
     return acts & plain & (left > (1.0 - EXPLAINED_SHARE) * gap)
+
+
+def shown_elsewhere(one: Hypothesis, reference_fit: Fitted | None) -> BoolArray:
+    """Channels whose gap is that of held-out runs alone, where nothing is missing of what the measured ones show.
+
+    Values that may move to those runs do not close it: their motion shows what that of the measured runs does not.
+    """
+    if one.effects or one.held_out is None or one.folded:
+        return np.zeros(one.measured.size, bool)
+    known = one.measured if reference_fit is None else np.maximum(one.measured, reference_fit.rmse**2)
+    least = (ELSEWHERE_SPREAD_SHARE * one.fitted.spread) ** 2
+    return (one.held_out > ELSEWHERE_RATIO**2 * known) & (one.held_out > least)
 
 
 def white_noise(fitted: Fitted) -> FloatArray:

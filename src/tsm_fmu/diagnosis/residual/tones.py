@@ -14,7 +14,15 @@ from scipy.optimize import minimize_scalar
 from ...kernels.arrays import FloatArray
 from ...regression.residuals import rms
 from ...regression.threads import together
-from ..criteria import EFFECT_SPREAD_SHARE, TONE_MOTION_RATIO, TONE_SHARE, TONE_STEADY_SHARE, TONE_WANDER_SHARE
+from ..criteria import (
+    EFFECT_SPREAD_SHARE,
+    NEAR_TONE_MOTION_RATIO,
+    NEAR_TONE_SHARE,
+    TONE_MOTION_RATIO,
+    TONE_SHARE,
+    TONE_STEADY_SHARE,
+    TONE_WANDER_SHARE,
+)
 from ..evidence import Tone
 from ..runs.motion_signals import Coordinates
 
@@ -29,9 +37,10 @@ def tones(
 ) -> dict[str, Tone]:
     """Tones in what a model leaves, by channel: of one frequency, as loud and in step from end to end of each run.
 
-    Looked for far above the motion, whose own harmonics lie below; told where they are a notable part of what is left
-    and of the channel. Mains wander from run to run: so may the frequency, a little. At a steady speed a tone is not
-    told from a law of the position, without a motion not from one of the inputs: there is none then.
+    Looked for far above the motion, whose own harmonics lie below, or where nothing is loud there nearer to it, if it
+    is more of what is left than one harmonic is; told where they are a notable part of that and of the channel. Mains
+    wander from run to run: so may the frequency, a little. At a steady speed a tone is not told from a law of the
+    position, without a motion not from one of the inputs: there is none then.
 
     Parameters
     ----------
@@ -47,21 +56,17 @@ def tones(
     speed = np.abs(np.concatenate([c.v for c in places]))
     if v == 0.0 or a == 0.0 or float(speed.std()) < TONE_STEADY_SHARE * float(speed.mean()):
         return {}
-    lowest = TONE_MOTION_RATIO * a / (2.0 * np.pi * v)
+    of_motion = a / (2.0 * np.pi * v)
     found = {}
     for c, channel in enumerate(channels):
         times, left = _compared(residuals, places, c)
-        if min(time.size for time in times) < FEWEST or rms(left) <= EFFECT_SPREAD_SHARE * spread[c]:
+        least = EFFECT_SPREAD_SHARE * spread[c]
+        if min(time.size for time in times) < FEWEST or rms(left) <= least:
             continue  # a tone is no larger than what is left
-        frequency = _loudest(times, left, lowest)
-        if frequency is None:
-            continue
-        of_runs = _nearest_of_runs(times, left, frequency)
-        heard = [tone.at(time) for tone, time in zip(of_runs, times, strict=True)]
-        size, beside = (float(rms(of)) for of in (heard, [y - tone for y, tone in zip(left, heard, strict=True)]))
-        least = min(_least_share(y, tone) for y, tone in zip(left, heard, strict=True))
-        if least > TONE_SHARE and size > EFFECT_SPREAD_SHARE * spread[c]:
-            found[channel] = Tone(float(np.mean([tone.frequency for tone in of_runs])), size, beside)
+        far = _told(times, left, TONE_MOTION_RATIO * of_motion, TONE_SHARE)
+        tone = far or _told(times, left, NEAR_TONE_MOTION_RATIO * of_motion, NEAR_TONE_SHARE)
+        if tone is not None and tone.rms > least:
+            found[channel] = tone
     return found
 
 
@@ -102,6 +107,19 @@ def tones_of_runs(
         [Hz]
     """
     return _nearest_of_runs(*_compared(residuals, places, c), frequency)
+
+
+def _told(times: Sequence[FloatArray], left: Sequence[FloatArray], lowest: float, share: float) -> Tone | None:
+    """The loudest tone above a frequency [Hz], if it is this part of each half of each run."""
+    frequency = _loudest(times, left, lowest)
+    if frequency is None:
+        return None
+    of_runs = _nearest_of_runs(times, left, frequency)
+    heard = [tone.at(time) for tone, time in zip(of_runs, times, strict=True)]
+    if min(_least_share(y, tone) for y, tone in zip(left, heard, strict=True)) <= share:
+        return None
+    size, beside = (float(rms(of)) for of in (heard, [y - tone for y, tone in zip(left, heard, strict=True)]))
+    return Tone(float(np.mean([tone.frequency for tone in of_runs])), size, beside)
 
 
 def _compared(
