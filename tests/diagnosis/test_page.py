@@ -183,6 +183,8 @@ def test_where_has_a_row_for_each_place_and_a_sentence_for_what_is_notable(monke
     assert "Only the speed is known" not in table.caption
     given = told(monkeypatch, where=(replace(first, significant=False),), located="given", motion="v")
     assert given.sections["Where"].text == "The disagreement does not depend on any coordinate beyond chance."
+    others = told(monkeypatch, where=(first,), gap={"F": replace(PLAIN, elsewhere=True)}).sections["Where"]
+    assert others.text.endswith(" This is of the measured runs, which do not show what the held-out ones do.")
     caption = given.sections["Where"].tables[0].caption
     assert "Residual of the model as given, most telling first" in caption
     assert caption.endswith(" Only the speed is known: positions x count from the start of each run.")

@@ -151,6 +151,8 @@ def _where(found: Diagnosis) -> Section | None:
             parts.append(f"{_percent(p.share_of_gap)} {place_text(p)}" if parts else share_text(p))
     text = " ".join(as_sentence(", ".join(parts[:3])) for parts in notable.values())
     text = text or "The disagreement does not depend on any coordinate beyond chance."
+    if any(g.elsewhere for g in found.gap.values()):
+        text += " This is of the measured runs, which do not show what the held-out ones do."
     caption = (
         f"Residual of {whose}, most telling first. Explained: share of its variance that is a function of the "
         "coordinate, for each direction of motion; by chance: the same in noise of its colour; p: how often that noise "
