@@ -22,7 +22,7 @@ from .baselines import Baselines
 from .floors import open_channels
 from .hypotheses import Hypothesis
 from .refits import interleaved, probe, refit_candidates, refit_rivals
-from .supported import choice_of, leading, least_of_further, log_residual, with_fewer
+from .supported import choice_of, comes_near, leading, least_of_further, log_residual, with_fewer
 
 
 @dataclass(frozen=True)
@@ -118,13 +118,15 @@ class Search:
     ) -> list[Hypothesis]:  # fmt: skip
         """With the second effect of the best pair beside other first ones, and close pairs refitted again."""
         pairs = self._from_either_side([h for h in found if len(h.added) == 2], singles, first)
-        one, second = leading(pairs).added
-        others = [h for h in sorted(singles, key=log_residual) if h.added != (one,)][:SWAPPED_EFFECTS]
+        (second,) = (spec for spec in leading(pairs).added if spec not in first.added)  # begun from either side
+        others = [h for h in sorted(singles, key=log_residual) if h.added != first.added][:SWAPPED_EFFECTS]
         candidate = [s for s in screened if s.attached.spec == second]
         for other in others:
             if second in other.fitted.effects or {*other.added, second} in [set(h.added) for h in pairs]:
                 continue
-            pairs += self._refitted(other, candidate or self._screened_alone(other, second))
+            more = self._refitted(other, candidate or self._screened_alone(other, second))
+            near = [h for h in more if comes_near(h, leading(pairs))]
+            pairs += self._from_either_side(near, singles, other) if near else more
         return [h for h in found if len(h.added) != 2] + refit_rivals(pairs, self.holdout)
 
     def _from_either_side(
