@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.conftest import exponential
+from tsm_fmu.diagnosis.answer import limit as module
 from tsm_fmu.diagnosis.answer.limit import limits_met, with_limits
 from tsm_fmu.diagnosis.choice.floors import Floors
-from tsm_fmu.diagnosis.criteria import LIMIT_VISITS
+from tsm_fmu.diagnosis.criteria import LIMIT_EXCESS_RATIO, LIMIT_VISITS
 from tsm_fmu.diagnosis.evidence import Limit
 from tsm_fmu.diagnosis.fits.refit import Task, as_given, refit
 from tsm_fmu.diagnosis.residual.limits import limits
@@ -77,6 +78,22 @@ def test_nothing_beyond_a_limit() -> None:
     assert LIMIT_VISITS > 1
 
 
+@pytest.mark.parametrize(("gain", "limit"), [(0.97, True), (0.5, False)])
+def test_a_model_that_is_off_everywhere_goes_on_beyond_no_limit(
+    gain: float, limit: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Friction that levels off, in runs that a fit predicts badly, as some of others are."""
+    one = met(lambda y, _: np.minimum(gain * y, gain * 0.83))
+    assert (one["F"].excess > LIMIT_EXCESS_RATIO) is limit
+    found = [({}, one), ({}, {"F": replace(one["F"], excess=0.3)})]
+    monkeypatch.setattr(module, "_limits", lambda fit, *_: found[fit])
+    fits: Any = (0, 1)
+    for order in (fits, fits[::-1]):  # that of either fit will do
+        assert limits_met(order, ()) == (one if limit else {})
+    found = [(one, one), (one, one)]  # measured runs show it alone
+    assert limits_met(fits, ()) == one
+
+
 def chosen(effects: tuple[str, ...], acts: list[bool]) -> Any:
     fitted = SimpleNamespace(problem=SimpleNamespace(channels=("x_out", "tau_in")))
     winner = SimpleNamespace(effects=effects, acts=np.array(acts), fitted=fitted)
@@ -98,7 +115,7 @@ def test_names_are_withdrawn_from_a_channel_at_its_limit(
     effects: tuple[str, ...], acts: list[bool], expected: bool
 ) -> None:
     one = chosen(effects, acts)
-    found = with_limits(one, {"tau_in": Limit(0.7, 0.1)})
+    found = with_limits(one, {"tau_in": Limit(0.7, 0.1, 3.0)})
     assert found.floors.without_answer is expected
     assert found.floors.unexplained.tolist() == [False, expected]
 

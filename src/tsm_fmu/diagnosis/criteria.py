@@ -404,6 +404,10 @@ LIMIT_WIDER_RATIO = 1.1
 LIMIT_SPEED_SHARE = 0.05
 """A drive below this part of the RMS of its speed may rest there, and its channel with it."""
 
+LIMIT_EXCESS_RATIO = 2.0
+"""Where a channel stands at a limit the model as given, or refitted, is off by more than this many times what it is
+elsewhere: it goes on there, and is a model of the rig."""
+
 LIMIT_VISITS = 3
 """Stretches of motion in which it does so, at least: once may be chance, or a rest."""
 

@@ -250,10 +250,13 @@ class Limit:
         In the channel's SI unit.
     share : float
         Part of the samples that are there.
+    excess : float
+        RMS of what the model is off there, over that elsewhere: as given or refitted, whichever is more.
     """
 
     level: float
     share: float
+    excess: float
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ...regression.problem import FitRun
 from ..choice.selection import Selection
+from ..criteria import LIMIT_EXCESS_RATIO
 from ..evidence import Limit
 from ..fits.refit import Fitted
 from ..fits.response import places_of
@@ -18,7 +19,8 @@ from ..residual.limits import limits
 def limits_met(fits: Sequence[Fitted], runs: Sequence[FitRun], holdout: Sequence[FitRun] = ()) -> dict[str, Limit]:
     """Limits at which channels stand in all samples of the runs where each of some fits goes on, by channel.
 
-    Of held-out runs too: their motion may reach a limit that the measured runs hardly do.
+    Of held-out runs too, whose motion may reach one that the measured runs hardly do: one of the fits must be off there
+    by much more than elsewhere, as any that predicts them badly goes on beyond friction that levels off.
 
     Parameters
     ----------
@@ -30,17 +32,26 @@ def limits_met(fits: Sequence[Fitted], runs: Sequence[FitRun], holdout: Sequence
     """
     first, *others = fits
     met = _limits(first, runs, holdout)
-    for other in others if met else ():  # hardly ever: each is simulated on all samples
-        there = _limits(other, runs, holdout)
-        met = {channel: one for channel, one in met.items() if channel in there}
-    return met
+    for other in others if any(met) else ():  # hardly ever: each is simulated on all samples
+        met = tuple(map(_of_both, met, _limits(other, runs, holdout)))
+    of_measured, of_all = met
+    return {channel: one for channel, one in of_all.items() if one.excess > LIMIT_EXCESS_RATIO} | of_measured
 
 
-def _limits(fitted: Fitted, runs: Sequence[FitRun], holdout: Sequence[FitRun]) -> dict[str, Limit]:
+def _limits(fitted: Fitted, runs: Sequence[FitRun], holdout: Sequence[FitRun]) -> tuple[dict[str, Limit], ...]:
+    """Of the measured runs, and of all."""
     parts = [fitted.at(runs), *([fitted.on(holdout)] if holdout else [])]
-    targets = [run.targets for whole in parts for run in whole.problem.runs]
-    residuals = [one for whole in parts for one in whole.compared_residuals]
-    return limits(fitted.problem.channels, targets, residuals, [one for whole in parts for one in places_of(whole)])
+    channels, found = fitted.problem.channels, list[dict[str, Limit]]()
+    for some in (parts[:1], parts):
+        targets = [run.targets for whole in some for run in whole.problem.runs]
+        residuals = [one for whole in some for one in whole.compared_residuals]
+        found.append(limits(channels, targets, residuals, [one for whole in some for one in places_of(whole)]))
+    return tuple(found)
+
+
+def _of_both(one: Mapping[str, Limit], other: Mapping[str, Limit]) -> dict[str, Limit]:
+    """Limits beyond which two fits go on; of each that of the one that is off there by more."""
+    return {c: max(limit, other[c], key=lambda one: one.excess) for c, limit in one.items() if c in other}
 
 
 def with_limits(one: Selection, met: Collection[str]) -> Selection:

@@ -10,6 +10,7 @@ from scipy.stats import iqr
 
 from ...kernels.arrays import BoolArray, FloatArray
 from ...logs.quantisation import quantisation_step
+from ...regression.residuals import rms
 from ..criteria import (
     LIMIT_SAME_RATIO,
     LIMIT_SPEED_SHARE,
@@ -71,10 +72,17 @@ def _limit(y: FloatArray, model: FloatArray, moves: BoolArray, edges: Sequence[i
                 now = width, of_model
         if now and before and now[0] < LIMIT_SAME_RATIO * before[0] and now[1] > LIMIT_WIDER_RATIO * before[1]:
             level = float(np.median(y[at]))
+            stands = np.abs(y - level) <= now[0]
             if highest <= level + now[0]:
-                held = Limit(level, float(np.mean(np.abs(y - level) <= now[0])))
+                held = Limit(level, float(np.mean(stands)), _excess(y - model, stands))
         before = now
     return held
+
+
+def _excess(residual: FloatArray, stands: BoolArray) -> float:
+    """RMS of a residual where a channel stands, over that elsewhere."""
+    there, elsewhere = (float(rms([residual[where]])) if where.any() else 0.0 for where in (stands, ~stands))
+    return there / max(elsewhere, 1e-300)
 
 
 def _visits(at: BoolArray, edges: Sequence[int]) -> int:
