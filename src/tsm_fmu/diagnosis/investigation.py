@@ -16,7 +16,6 @@ from .answer.tone import sizes_on, taken_out, tones_left, with_tones, without_to
 from .answer.verdict import Verdict, verdict_of
 from .answer.wander import explained_by_zeros, offsets_of, with_free_zeros, with_sizes, zeros_that_wander
 from .choice.baselines import Baselines, baselines
-from .choice.floors import shown_elsewhere
 from .choice.search import Search, candidate_places
 from .choice.selection import Selection, select, without_names
 from .choice.visibility import Unseen, unexcited
@@ -200,9 +199,8 @@ def _searched(runs: PreparedRuns, fitted: Baselines, holdout: list[FitRun], prog
 
     if contradicted(result.choice, base, evidence, elsewhere) or clock_runs_slow(result.choice):
         result = without_names(result)
-    of_others = shown_elsewhere(result.choice.winner, result.baselines.reference)
-    if of_others.any():
-        there = dict(zip(base.fitted.problem.channels, of_others, strict=True))
+    if result.elsewhere.any():
+        there = dict(zip(base.fitted.problem.channels, result.elsewhere, strict=True))
         known = (*(e for e in elsewhere() if there[e.channel]), *(e for e in evidence if not there[e.channel]))
         evidence = tuple(sorted(known, key=lambda e: -e.share))
     return _Searched(runs, holdout, result, evidence)

@@ -30,7 +30,6 @@ from .answer.sentence import answer, leading_channel
 from .answer.shape import located, with_position_law
 from .answer.wander import offsets_of, slow_parts
 from .choice.baselines import refitted_model
-from .choice.floors import shown_elsewhere
 from .choice.hypotheses import can_leave_out
 from .choice.path import way_to_a_better_model
 from .criteria import (
@@ -271,7 +270,7 @@ def _families(
     telling = evidence if missing else not_little(evidence, refitted)
     equivalent = [e for ids in diagnosis.equivalent for e in ids]
     named = verdict.effects or equivalent
-    elsewhere = any(gap.elsewhere for name, gap in diagnosis.gap.items() if name == channel)  # nothing is fitted to it
+    elsewhere = channel in diagnosis.gap and diagnosis.gap[channel].elsewhere  # no candidate was fitted to it
     closest = () if named or elsewhere else closest_effects(found.selection, verdict, missing=missing)
     families = families_of(verdict.effects, equivalent, telling, channel, closest)
     if verdict.word == "unknown" and channel in found.tones:
@@ -304,8 +303,7 @@ def _gaps(found: Investigation) -> dict[str, Gap]:
     )
     return gaps(
         runs.channels, [units[c] for c in runs.channels], given, refitted, final, found.selection.floors, threshold,
-        shown_elsewhere(found.selection.choice.winner, found.selection.baselines.reference),
-        with_effects=bool(verdict.effects or verdict.equivalent),
+        found.selection.elsewhere, with_effects=bool(verdict.effects or verdict.equivalent),
     )  # fmt: skip
 
 

@@ -94,9 +94,7 @@ def contradicted(
     as_good = np.all([x <= on_reference for x in left if x is not None], axis=0)
     if removed[c] - 1.0 > 1.0 / LAW_FORM_SHARE or as_good[c]:
         return False
-    channel = fitted.problem.channels[c]
-
-    part_left = 1.0 / removed[c]
+    channel, part_left = fitted.problem.channels[c], 1.0 / removed[c]
 
     def own_and_against(shares: Mapping[str, float]) -> tuple[float, bool]:
         own, most = max(shares.get(f, 0.0) for f in families), max(shares.values(), default=0.0)

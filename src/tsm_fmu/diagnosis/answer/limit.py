@@ -34,15 +34,15 @@ def limits_met(fits: Sequence[Fitted], runs: Sequence[FitRun], holdout: Sequence
     met = _limits(first, runs, holdout)
     for other in others if any(met) else ():  # hardly ever: each is simulated on all samples
         met = tuple(map(_of_both, met, _limits(other, runs, holdout)))
-    of_measured, of_all = met
+    of_measured, of_all = met[0], met[-1]
     return {channel: one for channel, one in of_all.items() if one.excess > LIMIT_EXCESS_RATIO} | of_measured
 
 
 def _limits(fitted: Fitted, runs: Sequence[FitRun], holdout: Sequence[FitRun]) -> tuple[dict[str, Limit], ...]:
-    """Of the measured runs, and of all."""
+    """Of the measured runs, and of all if there are others."""
     parts = [fitted.at(runs), *([fitted.on(holdout)] if holdout else [])]
     channels, found = fitted.problem.channels, list[dict[str, Limit]]()
-    for some in (parts[:1], parts):
+    for some in (parts[: k + 1] for k in range(len(parts))):
         targets = [run.targets for whole in some for run in whole.problem.runs]
         residuals = [one for whole in some for one in whole.compared_residuals]
         found.append(limits(channels, targets, residuals, [one for whole in some for one in places_of(whole)]))

@@ -26,6 +26,7 @@ DISTINCT = 0.01
 """Ends of a range that differ by less than this part of the larger are one value."""
 OVER = {"x": "position", "v": "speed", "a": "acceleration", "sgn v": "the direction of motion", "dwell": "rests"}
 """Coordinates in words."""
+BOTH_MOTIONS = "give runs with both motions to --measured"
 TOO_LITTLE = "what the model's own parameters leave, too little for a name"
 """Of what the families are where nothing is missing."""
 HOW = {
@@ -73,7 +74,7 @@ def _with_other_values(found: Diagnosis, numbers: str) -> str:
 def _not_carried_text(channels: Sequence[str], what: str) -> str:
     return (
         f" Of {' and '.join(channels)} {what} do not carry over to the held-out runs, whose motion shows what "
-        "the measured ones leave open: give runs with both motions to --measured."
+        f"the measured ones leave open: {BOTH_MOTIONS}."
     )
 
 
@@ -151,8 +152,7 @@ def _with_gap_elsewhere(found: Diagnosis, channel: str, numbers: str) -> str:
         f"only the held-out runs show what {channel} lacks, and no values that the measured runs allow close it; "
         f"{numbers}, on the measured runs {unit(gap.after)}"
     )
-    text += " Give runs with both motions to --measured."
-    return text + _family_text(found, channel, "what is missing there")
+    return f"{text} {as_sentence(BOTH_MOTIONS)}" + _family_text(found, channel, "what is missing there")
 
 
 def _beside(found: Diagnosis) -> list[str]:

@@ -125,8 +125,8 @@ class Search:
             if second in other.fitted.effects or {*other.added, second} in [set(h.added) for h in pairs]:
                 continue
             more = self._refitted(other, candidate or self._screened_alone(other, second))
-            near = [h for h in more if comes_near(h, leading(pairs))]
-            pairs += self._from_either_side(near, singles, other) if near else more
+            near = all(comes_near(h, leading(pairs)) for h in more)
+            pairs += self._from_either_side(more, singles, other) if near else more
         return [h for h in found if len(h.added) != 2] + refit_rivals(pairs, self.holdout)
 
     def _from_either_side(

@@ -28,7 +28,7 @@ from ..criteria import (
 from ..fits.refit import Fitted
 from .baselines import Baselines
 from .explained import of_explained_channels, of_levels
-from .floors import Floors, floors_of, least_floor
+from .floors import Floors, floors_of, least_floor, shown_elsewhere
 from .hypotheses import Hypothesis, can_leave_out, left_out_in_turn
 from .patches import without_patches
 from .supported import Choice, choice_of, clearly_worse, comes_near, dominated, leaves_less, log_residual
@@ -55,6 +55,11 @@ class Selection:
     hypotheses: tuple[Hypothesis, ...]
     choice: Choice
     floors: Floors
+
+    @property
+    def elsewhere(self) -> BoolArray:
+        """Channels of which only held-out runs show a gap, shape (channels,)."""
+        return shown_elsewhere(self.choice.winner, self.baselines.reference)
 
 
 def select(

@@ -244,8 +244,9 @@ class _Bench:
             in_all = self._in_all(of_all, len(states), signed)
             of_each = [(signs, self._in_all(of_all, len(states), signed, signs)) for signs in alone]
             for k, (one, shape, step) in enumerate(zip(few, shapes, steps, strict=True)):
-                alike, best = in_all[k][0], self._in_states(in_all[k], by_state[k], signed)
-                each = [self._in_states(every[k], by_state[k], signed, signs) for signs, every in of_each]
+                parts = self._parts(by_state[k])
+                alike, best = in_all[k][0], self._in_states(in_all[k], parts, signed)
+                each = [self._in_states(every[k], parts, signed, signs) for signs, every in of_each]
                 first, *others = ((what.gain, partial(placed, what, shape, step)) for what in (alike, *each))
                 found.append(_Tried(best.gain, one, partial(placed, best, shape, step), first, others))
         return found
@@ -258,8 +259,20 @@ class _Bench:
         each = [_Explained(float(gains[k]), amounts[k], [k % states] * runs) for k in range(len(gains))]
         return [each[k : k + states] for k in range(0, len(each), states)]
 
+    def _parts(self, responses: FloatArray) -> Parts | None:
+        """Of each run by itself, the responses to each size with each state at its start, shape (states, sizes, n).
+
+        None where no run may have another state than the others.
+        """
+        if min(len(responses), len(self.responses.rows)) == 1:
+            return None
+        parts = np.zeros((len(self.responses.rows), *responses.shape))
+        for k, (a, b) in enumerate(pairwise(self.responses.edges)):
+            parts[k, :, :, a:b] = responses[:, :, a:b]
+        return Parts(parts, self.responses.outside(parts), self.residual, self.channels)
+
     def _in_states(
-        self, every: Sequence[_Explained], responses: FloatArray, signed: BoolArray, signs: FloatArray | None = None
+        self, every: Sequence[_Explained], parts: Parts | None, signed: BoolArray, signs: FloatArray | None = None
     ) -> _Explained:
         """What an effect explains with the best state of each run, from that which is best in all of them.
 
@@ -267,25 +280,19 @@ class _Bench:
         ----------
         every : sequence of _Explained
             With each state in all runs.
-        responses : ndarray, shape (states, sizes, n)
-            To each size, with each state at the start of all runs.
+        parts : Parts or None
         signed, signs
             As for `explained`.
         """
         most = max(one.gain for one in every) - NO_GAIN
         best = next(one for one in every if one.gain >= most)  # of those that nothing tells apart, the first
-        runs, states = len(self.responses.rows), len(every)
-        if states == 1 or runs == 1:
+        if parts is None:
             return best
-        parts = np.zeros((runs, *responses.shape))
-        for k, (a, b) in enumerate(pairwise(self.responses.edges)):
-            parts[k, :, :, a:b] = responses[:, :, a:b]
-        of_parts = Parts(parts, self.responses.outside(parts), self.residual, self.channels)
         for _ in range(SWEEPS):
             before = best
-            for k in range(runs):
-                gains, amounts = explained(of_parts.with_run(k, best.states), self.before, signed, signs)
-                for i in range(states):
+            for k in range(len(best.states)):
+                gains, amounts = explained(parts.with_run(k, best.states), self.before, signed, signs)
+                for i in range(len(every)):
                     if gains[i] > best.gain + NO_GAIN:
                         best = _Explained(float(gains[i]), amounts[i], [*best.states[:k], i, *best.states[k + 1 :]])
             if best is before:

@@ -31,6 +31,8 @@ FEWEST = 100
 PADDING = 4
 """Lines of a spectrum at least for each that its samples make: a tone lies between two of these."""
 
+_Spectrum = tuple[FloatArray, FloatArray]
+
 
 def tones(
     channels: Sequence[str], residuals: Sequence[FloatArray], places: Sequence[Coordinates], spread: FloatArray
@@ -63,8 +65,9 @@ def tones(
         least = EFFECT_SPREAD_SHARE * spread[c]
         if min(time.size for time in times) < FEWEST or rms(left) <= least:
             continue  # a tone is no larger than what is left
-        far = _told(times, left, TONE_MOTION_RATIO * of_motion, TONE_SHARE)
-        tone = far or _told(times, left, NEAR_TONE_MOTION_RATIO * of_motion, NEAR_TONE_SHARE)
+        spectra = [_spectrum(time, y) for time, y in zip(times, left, strict=True)]
+        far = _told(times, left, spectra, TONE_MOTION_RATIO * of_motion, TONE_SHARE)
+        tone = far or _told(times, left, spectra, NEAR_TONE_MOTION_RATIO * of_motion, NEAR_TONE_SHARE)
         if tone is not None and tone.rms > least:
             found[channel] = tone
     return found
@@ -109,9 +112,11 @@ def tones_of_runs(
     return _nearest_of_runs(*_compared(residuals, places, c), frequency)
 
 
-def _told(times: Sequence[FloatArray], left: Sequence[FloatArray], lowest: float, share: float) -> Tone | None:
+def _told(
+    times: Sequence[FloatArray], left: Sequence[FloatArray], spectra: Sequence[_Spectrum], lowest: float, share: float
+) -> Tone | None:
     """The loudest tone above a frequency [Hz], if it is this part of each half of each run."""
-    frequency = _loudest(times, left, lowest)
+    frequency = _loudest(times, spectra, lowest)
     if frequency is None:
         return None
     of_runs = _nearest_of_runs(times, left, frequency)
@@ -131,7 +136,7 @@ def _compared(
     return times, [r[k, c] - np.mean(r[k, c]) if k.any() else r[k, c] for r, k in zip(residuals, known, strict=True)]
 
 
-def _loudest(times: Sequence[FloatArray], left: Sequence[FloatArray], lowest: float) -> float | None:
+def _loudest(times: Sequence[FloatArray], spectra: Sequence[_Spectrum], lowest: float) -> float | None:
     """Frequency [Hz] above the lowest about which all runs have most; None where their samples know none."""
     line = 1.0 / (PADDING * max(float(np.ptp(time)) for time in times))
     highest = 0.5 / max(float(np.median(np.diff(time))) for time in times)
@@ -140,12 +145,12 @@ def _loudest(times: Sequence[FloatArray], left: Sequence[FloatArray], lowest: fl
     grid = np.geomspace(lowest, highest, int(np.log(highest / lowest) * highest / line) + 2)
     wander = 2 * int(TONE_WANDER_SHARE * grid.size / np.log(highest / lowest)) + 1
     power = np.zeros(grid.size)
-    for time, y in zip(times, left, strict=True):
-        power += maximum_filter1d(np.interp(grid, *_spectrum(time, y)), wander)
+    for lines, of_run in spectra:
+        power += maximum_filter1d(np.interp(grid, lines, of_run), wander)
     return float(grid[int(np.argmax(power))])
 
 
-def _spectrum(time: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _spectrum(time: FloatArray, y: FloatArray) -> _Spectrum:
     """Frequencies [Hz], and the power of a signal there."""
     step = float(np.median(np.diff(time)))
     even = np.interp(np.arange(time[0], time[-1], step), time, y)  # over gaps and stamps that jitter
