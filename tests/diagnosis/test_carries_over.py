@@ -11,7 +11,7 @@ import pytest
 
 from tests.diagnosis.conftest import exponential
 from tests.diagnosis.test_choice import made
-from tsm_fmu.diagnosis.choice.floors import _lost_elsewhere, shown_elsewhere
+from tsm_fmu.diagnosis.choice.floors import _above_references, _lost_elsewhere, shown_elsewhere
 from tsm_fmu.diagnosis.choice.supported import choice_of
 from tsm_fmu.diagnosis.fits.disguise import disguised
 from tsm_fmu.diagnosis.workflow import diagnose
@@ -103,6 +103,24 @@ def test_a_gap_of_held_out_runs_alone(measured: float, held: float, reference: f
     assert not shown_elsewhere(replace(plain, folded=True), known).any(), "measured runs left out in turn"
     assert not shown_elsewhere(made("inertia", measured, held), known).any(), "an effect that is missing"
     assert not shown_elsewhere(made("", measured), known).any(), "nothing held out"
+
+
+@pytest.mark.parametrize(
+    ("measured", "held", "reference", "missing"),
+    [
+        (0.0061, 0.0075, 0.002, True), (0.0061, 0.0075, 0.00204, False), (0.0075, 0.0061, 0.00204, False),  # thrice
+        (0.0045, 0.0076, 0.001, True), (0.0045, 0.0067, 0.001, False),  # in all what names an effect
+        (0.0061, 0.0075, None, False),
+    ],
+)  # fmt: skip
+def test_far_more_than_reference_runs_show_is_no_form_of_the_model(
+    measured: float, held: float, reference: float | None, missing: bool
+) -> None:
+    plain = made("", measured, held)
+    known: Any = None if reference is None else SimpleNamespace(rmse=np.array([reference * 3.7]))
+    assert _above_references(plain, known).tolist() == [missing]
+    assert not _above_references(made("inertia", measured, held), known).any(), "an effect that is missing"
+    assert not _above_references(made("", measured), known).any(), "nothing held out"
 
 
 NOISE = 0.011

@@ -102,6 +102,16 @@ def test_noise_that_forgets_slowly_is_worth_fewer_samples() -> None:
     assert effective_samples([white[0][:3]] * 2) == pytest.approx([6.0])
 
 
+def test_values_lent_by_another_fit_leave_those_that_it_has_not(one: Fitted, loose: Fitted) -> None:
+    """Values of each run too."""
+    lent, back = loose.lent_by(one), one.lent_by(loose)
+    assert lent.values == {**loose.values, **one.values} != loose.values
+    assert lent.per_run["F.offset_drift.b"].tolist() == loose.per_run["F.offset_drift.b"].tolist()
+    assert back.values == {name: loose.values[name] for name in one.values}
+    drifting = loose.with_values({"F__offset_drift__b": 0.7})
+    assert drifting.lent_by(loose).per_run["F.offset_drift.b"].tolist() == loose.per_run["F.offset_drift.b"].tolist()
+
+
 def test_what_an_effect_does_is_the_change_without_it_over_the_spread(loose: Fitted) -> None:
     """An offset is a constant: its RMS over the runs is that of its values, by their samples."""
     b = loose.per_run["F.offset_drift.b"]

@@ -23,7 +23,8 @@ def leaves(
     held_out: list[float], effects: tuple[str, ...] = ("inertia",), acts: tuple[bool, bool] = (True, True)
 ) -> Any:
     errors = [np.tile(held_out, (7, 1)), -np.tile(held_out, (5, 1))]
-    fitted = SimpleNamespace(spread=np.array([2.0, 0.3]), held_out_errors=lambda _: errors)
+    fitted: Any = SimpleNamespace(spread=np.array([2.0, 0.3]), held_out_errors=lambda _: errors)
+    fitted.lent_by = lambda other: other or fitted
     return SimpleNamespace(effects=effects, fitted=fitted, acts=np.array(acts) & bool(effects))
 
 
@@ -38,14 +39,21 @@ def leaves(
 def test_effects_with_which_held_out_runs_are_predicted_far_worse_mislead(after: list[float], misleads: bool) -> None:
     """By half more than without them, in any channel they change, and by more than a gap: 1.2 % of the spread."""
     before = leaves([0.1 if after[0] != 0.2 else 0.19, 0.01], ())
-    assert _misleads(leaves(after), before, [object()]) is misleads  # pyright: ignore[reportArgumentType]
-    assert not _misleads(leaves(after, ()), before, [object()])  # pyright: ignore[reportArgumentType]
+    assert _misleads(leaves(after), None, before, [object()]) is misleads  # pyright: ignore[reportArgumentType]
+    assert not _misleads(leaves(after, ()), None, before, [object()])  # pyright: ignore[reportArgumentType]
     elsewhere = leaves(after, acts=(after[0] < 0.15, after[1] < 0.015))
-    assert not _misleads(elsewhere, before, [object()])  # pyright: ignore[reportArgumentType]
+    assert not _misleads(elsewhere, None, before, [object()])  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(("lent", "misleads"), [(0.149, False), (0.151, True)])
+def test_a_parameter_of_the_model_that_ran_away_is_no_fault_of_the_effects(lent: float, misleads: bool) -> None:
+    """With all that the model itself has they predict held-out runs."""
+    plain: Any = leaves([lent, 0.01]).fitted
+    assert _misleads(leaves([0.41, 0.01]), plain, leaves([0.1, 0.01], ()), [object()]) is misleads  # pyright: ignore[reportArgumentType]
 
 
 def test_a_small_error_that_doubles_misleads_nobody() -> None:
-    assert not _misleads(leaves([0.023, 0.0035]), leaves([0.01, 0.001], ()), [object()])  # pyright: ignore[reportArgumentType]
+    assert not _misleads(leaves([0.023, 0.0035]), None, leaves([0.01, 0.001], ()), [object()])  # pyright: ignore[reportArgumentType]
 
 
 @pytest.mark.parametrize(

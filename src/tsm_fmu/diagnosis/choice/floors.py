@@ -15,6 +15,8 @@ from ...kernels.arrays import BoolArray, FloatArray
 from ...regression.residuals import noise_floor
 from ...regression.residuals import white_noise as white_noise_of
 from ..criteria import (
+    ABOVE_REFERENCE_RATIO,
+    CLEAN_EFFECT_SPREAD_SHARE,
     EFFECT_SPREAD_SHARE,
     ELSEWHERE_RATIO,
     ELSEWHERE_SPREAD_SHARE,
@@ -97,6 +99,7 @@ def floors_of(choice: Choice, refitted: Hypothesis, reference_fit: Fitted | None
     open_ = open_channels(winner, refitted.fitted, reference_fit)
     unexplained = open_ & ~mostly_explained(winner, refitted, reference_fit)
     unexplained |= _lost_elsewhere(winner, refitted, noise) | shown_elsewhere(winner, reference_fit)
+    unexplained |= _above_references(winner, reference_fit)
     return Floors(noise, least, None if reference_fit is None else reference_fit.rmse, open_, unexplained)
 
 
@@ -187,6 +190,18 @@ def shown_elsewhere(one: Hypothesis, reference_fit: Fitted | None) -> BoolArray:
     known = one.measured if reference_fit is None else np.maximum(one.measured, reference_fit.rmse**2)
     least = (ELSEWHERE_SPREAD_SHARE * one.fitted.spread) ** 2
     return (one.held_out > ELSEWHERE_RATIO**2 * known) & (one.held_out > least)
+
+
+def _above_references(one: Hypothesis, reference_fit: Fitted | None) -> BoolArray:
+    """Channels where nothing is missing, and far more is left than of reference runs: of measured and held-out runs.
+
+    What is left of reference runs is what the form of the model leaves, however little of the spread that is.
+    """
+    if one.effects or one.held_out is None or reference_fit is None:
+        return np.zeros(one.measured.size, bool)
+    known = (ABOVE_REFERENCE_RATIO * reference_fit.rmse) ** 2
+    plain = one.measured + one.held_out > 2.0 * (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
+    return plain & (one.measured > known) & (one.held_out > known)
 
 
 def white_noise(fitted: Fitted) -> FloatArray:

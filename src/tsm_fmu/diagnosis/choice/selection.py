@@ -101,7 +101,7 @@ def select(
         len(choice.winner.effects) > MOST_EFFECTS  # its nuisance effects counted: some sum of so many closes any gap
         or any(_any_law_of_a_coordinate(h.effects) for h in choice.supported)
         or _imitates(choice.winner, judged, baselines.refitted)
-        or (holdout and _misleads(choice.winner, baselines.refitted, holdout))
+        or (holdout and _misleads(choice.winner, found[0].fitted, baselines.refitted, holdout))
     ):
         floors = replace(floors, unexplained=np.ones_like(floors.open_))
     if floors.unexplained.any():
@@ -205,17 +205,19 @@ def _stands_for(spec: str, others: Collection[str]) -> bool:
     return place_of(spec) in map(place_of, others) or looks_like(spec, others)
 
 
-def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:
+def _misleads(one: Hypothesis, plain: Fitted, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:
     """Whether effects, as the measured runs have them, predict held-out runs far worse than the model without them.
 
     Values may move there, but a law that has to move to be of use is no finding. Of what the effects change: a channel
-    that they have nothing to do with may be worse because other parameters of it are.
+    that they have nothing to do with may be worse because other parameters of it are. So may one that they change,
+    where a parameter of the model has run away beside them: with what the model itself has they predict these runs.
     """
     if not one.acts.any():
         return False
-    after, before = (rms(h.fitted.held_out_errors(holdout)) for h in (one, refitted))
-    spread = one.fitted.spread
-    return bool((one.acts & (after > np.maximum(MISLEADING_RATIO * before, EFFECT_SPREAD_SHARE * spread))).any())
+    before = rms(refitted.fitted.held_out_errors(holdout))
+    least = np.maximum(MISLEADING_RATIO * before, EFFECT_SPREAD_SHARE * one.fitted.spread)
+    fits = (one.fitted, one.fitted.lent_by(plain))
+    return all((one.acts & (rms(fitted.held_out_errors(holdout)) > least)).any() for fitted in fits)
 
 
 def _imitates(one: Hypothesis, hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> bool:

@@ -185,6 +185,15 @@ class Fitted:
         changes = [before - after for before, after in zip(self.residuals, other.residuals, strict=True)]
         return rms(changes) / np.maximum(self.spread, 1e-300)
 
+    def lent_by(self, other: Fitted) -> Fitted:
+        """A copy with all values that another fit to the same runs has; nothing is refitted."""
+        table, others = self.table.copy(), other.values | other.per_run
+        for j, field_ in enumerate(self.problem.fields):
+            name = self.problem.declared[field_].name
+            if name in others:
+                table[:, j] = others[name]
+        return replace(self, table=table)
+
     def with_values(self, values: Mapping[str, float]) -> Fitted:
         """A copy with other values of some fields, by field; nothing is refitted."""
         table = self.table.copy()
