@@ -18,6 +18,9 @@ from tsm_fmu.diagnosis.choice.selection import (
 )
 from tsm_fmu.diagnosis.choice.supported import Choice
 
+NOTHING, SOMETHING = np.array([False]), np.array([True])
+"""Open of what is left."""
+
 
 def leaves(
     held_out: list[float], effects: tuple[str, ...] = ("inertia",), acts: tuple[bool, bool] = (True, True)
@@ -93,20 +96,20 @@ def test_an_effect_is_there_that_no_other_comes_near_though_something_is_left(
     plain, one, other = made("", 0.12, 0.12 if held else None), made("inertia", left, held), made("viscous", *rivals)
     both = made("inertia viscous", 0.9 * left, held)  # a rival must be one without it
     alike = made("creep", 1.01 * left, held)
-    assert _far_ahead(Choice(one, (one,)), [plain, one, other, both], None).tolist() == [ahead]
-    assert not _far_ahead(Choice(one, (one, other)), [plain, one, other], None).any()
-    assert _far_ahead(Choice(one, (one, alike)), [plain, one, alike, other], None).tolist() == [ahead]  # a set
+    assert _far_ahead(Choice(one, (one,)), [plain, one, other, both], None, NOTHING).tolist() == [ahead]
+    assert not _far_ahead(Choice(one, (one, other)), [plain, one, other], None, NOTHING).any()
+    assert _far_ahead(Choice(one, (one, alike)), [plain, one, alike, other], None, NOTHING).tolist() == [ahead]  # a set
     near = made("creep", 1.3 * left, held)  # which is worse and hides behind it
-    assert _far_ahead(Choice(one, (one,)), [plain, one, near, other], None).tolist() == [ahead]
-    assert not _far_ahead(Choice(plain, (plain,)), [plain, one, other], None).any()
-    assert not _far_ahead(Choice(both, (both,)), [plain, other, both], None).any()  # a sum of laws
-    assert not _far_ahead(Choice(one, (one,)), [one, both], None).any()  # all have it: nothing shows its lead
+    assert _far_ahead(Choice(one, (one,)), [plain, one, near, other], None, NOTHING).tolist() == [ahead]
+    assert not _far_ahead(Choice(plain, (plain,)), [plain, one, other], None, NOTHING).any()
+    assert not _far_ahead(Choice(both, (both,)), [plain, other, both], None, NOTHING).any()  # a sum of laws
+    assert not _far_ahead(Choice(one, (one,)), [one, both], None, NOTHING).any()  # all have it: nothing shows its lead
     floor: Any = SimpleNamespace(rmse=one.fitted.spread * 0.05)  # on reference runs: no effect takes it
-    assert _far_ahead(Choice(one, (one,)), [plain, one, other], floor).tolist() == [ahead or left == 0.0855]
+    assert _far_ahead(Choice(one, (one,)), [plain, one, other], floor, NOTHING).tolist() == [ahead or left == 0.0855]
     above: Any = SimpleNamespace(rmse=one.fitted.spread * 0.13)  # no gap there, that a name could close
-    assert not _far_ahead(Choice(one, (one,)), [plain, one, other], above).any()
+    assert not _far_ahead(Choice(one, (one,)), [plain, one, other], above, NOTHING).any()
     aside = made("inertia", left, held, share=0.0059)  # it does not act on this channel
-    assert not _far_ahead(Choice(aside, (aside,)), [plain, aside, other], None).any()
+    assert not _far_ahead(Choice(aside, (aside,)), [plain, aside, other], None, NOTHING).any()
 
 
 @pytest.mark.parametrize(
@@ -124,9 +127,9 @@ def test_an_effect_is_there_that_alone_predicts_runs_it_was_not_fitted_to(
 ) -> None:
     plain, one = made("", 0.12, 0.12), made("wear", left, held)
     other = made("thermal" if alike else "inertia", *rivals)
-    assert _far_ahead(Choice(one, (one,)), [plain, one, other], None).tolist() == [ahead]
+    assert _far_ahead(Choice(one, (one,)), [plain, one, other], None, NOTHING).tolist() == [ahead]
     if alike:  # a set
-        assert _far_ahead(Choice(one, (one, other)), [plain, one, other], None).tolist() == [True]
+        assert _far_ahead(Choice(one, (one, other)), [plain, one, other], None, NOTHING).tolist() == [True]
 
 
 @pytest.mark.parametrize(
@@ -142,7 +145,7 @@ def test_a_law_that_another_one_of_the_same_coordinate_mends_is_not_ahead(
 ) -> None:
     plain, one = made("", 0.12, 0.12), made("wear", 0.06, 0.07)
     both, other = made(f"wear {second}", 0.06 * share, 0.069), made("inertia", 0.119, 0.119)
-    assert _far_ahead(Choice(one, (one,)), [plain, one, both, other], None).tolist() == [ahead]
+    assert _far_ahead(Choice(one, (one,)), [plain, one, both, other], None, NOTHING).tolist() == [ahead]
 
 
 @pytest.mark.parametrize(
@@ -158,14 +161,26 @@ def test_what_is_left_of_other_motions_takes_no_name_away_where_next_to_nothing_
     left: float, held: float, ahead: bool
 ) -> None:
     plain, one, other = made("", 0.12, 0.12), made("inertia", left, held), made("viscous", 0.119, 0.12)
-    assert _far_ahead(Choice(one, (one,)), [plain, one, other], None).tolist() == [ahead]
+    assert _far_ahead(Choice(one, (one,)), [plain, one, other], None, NOTHING).tolist() == [ahead]
+
+
+@pytest.mark.parametrize(
+    ("left", "held", "ahead"), [(0.0211, 0.0631, True), (0.0211, 0.0635, False), (0.0151, 0.0525, True)]
+)
+def test_what_is_open_and_three_times_as_much_of_other_motions_takes_the_name_away(
+    left: float, held: float, ahead: bool
+) -> None:
+    """Unless of the gap of those next to nothing is left."""
+    plain, one, other = made("", 0.12, 0.12), made("inertia", left, held), made("viscous", 0.119, 0.119)
+    assert _far_ahead(Choice(one, (one,)), [plain, one, other], None, NOTHING).tolist() == [True]
+    assert _far_ahead(Choice(one, (one,)), [plain, one, other], None, SOMETHING).tolist() == [ahead]
 
 
 @pytest.mark.parametrize(("gap", "ahead"), [(0.0152, True), (0.0148, False)])
 def test_what_removes_less_than_a_gap_is_not_ahead_for_leaving_little(gap: float, ahead: bool) -> None:
     """By 1.2 % of the spread: sqrt(0.0152^2 - 0.009^2) is more, sqrt(0.0148^2 - 0.009^2) less."""
     plain, one, other = made("", gap, 0.05), made("inertia", 0.009, 0.049), made("viscous", gap, 0.05)
-    assert _far_ahead(Choice(one, (one,)), [plain, one, other], None).tolist() == [ahead]
+    assert _far_ahead(Choice(one, (one,)), [plain, one, other], None, NOTHING).tolist() == [ahead]
 
 
 @pytest.mark.parametrize(
@@ -180,16 +195,16 @@ def test_a_rival_that_leaves_twice_as_much_of_the_measured_runs_and_no_less_of_o
     rival: tuple[float, float], ahead: bool
 ) -> None:
     plain, one, other = made("", 0.12, 0.12), made("inertia", 0.022, 0.1), made("viscous", *rival)
-    assert _far_ahead(Choice(one, (one,)), [plain, one, other], None).tolist() == [ahead]
+    assert _far_ahead(Choice(one, (one,)), [plain, one, other], None, NOTHING).tolist() == [ahead]
 
 
 def test_an_effect_is_no_rival_of_itself_whatever_drives_it() -> None:
     plain, other = made("", 0.12, 0.12), made("viscous", 0.119, 0.119)
     one, again = made("load_dependence~T_in[N]", 0.05, 0.06), made("load_dependence", 0.0501, 0.0601)
     one.__dict__["disguised"] = again.__dict__["disguised"] = False
-    assert _far_ahead(Choice(one, (one, again)), [plain, one, again, other], None).tolist() == [True]
+    assert _far_ahead(Choice(one, (one, again)), [plain, one, again, other], None, NOTHING).tolist() == [True]
     elsewhere = made("viscous", 0.0501, 0.0601)
-    assert not _far_ahead(Choice(one, (one, elsewhere)), [plain, one, elsewhere, other], None).any()
+    assert not _far_ahead(Choice(one, (one, elsewhere)), [plain, one, elsewhere, other], None, NOTHING).any()
 
 
 @pytest.mark.parametrize(("behind", "told_apart"), [(1.3, False), (1.5, True)])

@@ -455,9 +455,9 @@ form of a model differs between motions too, mostly by less than three."""
 ELSEWHERE_SPREAD_SHARE = 0.05
 """Part of a channel's spread that such a gap must be: the form of a model is hardly ever as much."""
 
-ABOVE_REFERENCE_RATIO = 3.0
-"""Error on measured and on held-out runs over that on reference ones beyond which something is missing where no effect
-is: the form of a refitted model leaves hardly ever as much more of one motion than of another."""
+FORM_RATIO = 3.0
+"""Error on runs of one motion over that on runs of another beyond which it is no form of a refitted model: that leaves
+hardly ever as much more of one than of another."""
 
 CARRIED_OVER_RATIO = 2.0
 """Error on held-out runs over that on measured ones beyond which a fit does not carry over to their motion."""

@@ -15,12 +15,12 @@ from ...kernels.arrays import BoolArray, FloatArray
 from ...regression.residuals import noise_floor
 from ...regression.residuals import white_noise as white_noise_of
 from ..criteria import (
-    ABOVE_REFERENCE_RATIO,
     CLEAN_EFFECT_SPREAD_SHARE,
     EFFECT_SPREAD_SHARE,
     ELSEWHERE_RATIO,
     ELSEWHERE_SPREAD_SHARE,
     EXPLAINED_SHARE,
+    FORM_RATIO,
     LAW_FORM_SHARE,
     LAW_SHARE,
     REFERENCE_RATIO,
@@ -199,7 +199,7 @@ def _above_references(one: Hypothesis, reference_fit: Fitted | None) -> BoolArra
     """
     if one.effects or one.held_out is None or reference_fit is None:
         return np.zeros(one.measured.size, bool)
-    known = (ABOVE_REFERENCE_RATIO * reference_fit.rmse) ** 2
+    known = (FORM_RATIO * reference_fit.rmse) ** 2
     plain = one.measured + one.held_out > 2.0 * (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
     return plain & (one.measured > known) & (one.held_out > known)
 

@@ -18,6 +18,7 @@ from ..criteria import (
     EFFECT_SPREAD_SHARE,
     EXPLAINED_SHARE,
     FOLDED_HYPOTHESES,
+    FORM_RATIO,
     FURTHER_EFFECT_SPREAD_SHARE,
     LEADING_SHARE,
     MISLEADING_RATIO,
@@ -93,7 +94,7 @@ def select(
         else:
             choice = fewer
     if floors.unexplained.any():
-        ahead = floors.unexplained & _far_ahead(choice, judged, baselines.reference)
+        ahead = floors.unexplained & _far_ahead(choice, judged, baselines.reference, floors.open_)
         floors = replace(floors, unexplained=floors.unexplained & ~ahead)
         if ahead.any():
             choice = replace(choice, supported=(*choice.supported, *_hidden_near(choice, judged)))
@@ -122,14 +123,16 @@ def without_names(one: Selection) -> Selection:
     return replace(one, floors=floors)
 
 
-def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: Fitted | None) -> BoolArray:
+def _far_ahead(
+    choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: Fitted | None, open_: BoolArray
+) -> BoolArray:
     """Channels in which what is left takes no name away: no other effect comes near.
 
     One effect closes half of the gap of measured runs there and a notable part of that of others, nothing else is
     supported but what hides behind it, and without these twice as much is left at least: its law is not quite that of
     the rig then, or the form of the model is what all candidates leave. A gain of others will do where what it leaves
-    of the measured runs is too little for a second effect: other motions may show more of the form. Or it predicts
-    most of the gap of runs that it was not fitted to, which no such form does.
+    of the measured runs is too little for a second effect: other motions may show more of the form, but of what is open
+    not many times as much. Or it predicts most of the gap of runs that it was not fitted to, which no such form does.
     Of several effects each would have such a lead: a sum of laws bends to the form. Nor is it one where a sum with
     another law of the same coordinate leaves half as much: such a sum is any law of it, and the rig's is none of both.
     """
@@ -154,6 +157,7 @@ def _far_ahead(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: 
         little_left = one.measured < (FURTHER_EFFECT_SPREAD_SHARE * spread) ** 2
         gains = one.held_out * (1.0 + CONVERGED_SHARE) < plain.held_out
         carries_over |= little_left & removes(EFFECT_SPREAD_SHARE) & gains
+        carries_over &= ~open_ | (one.held_out < FORM_RATIO**2 * np.maximum(one.measured, floor))
         found |= closed(one.measured, plain.measured, LEADING_SHARE) & carries_over
     return one.acts & found
 
