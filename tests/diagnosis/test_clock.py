@@ -18,13 +18,13 @@ def motion(t: np.ndarray) -> np.ndarray:
     return 0.7 * np.sin(1.9 * t + 0.3) + 0.23 * np.sin(6.7 * t) + 0.02 * t
 
 
-def fitted(errors: Any, lead: int = 0) -> Any:
+def fitted(errors: Any, lead: int = 0, noise: float = 0.002) -> Any:
     """A fit that knows the motion, of two runs whose first channel is off by ``errors`` of the time, each from zero."""
     rng, runs, residuals = np.random.default_rng(67), [], []
     for seconds, rate in ((31.0, 83.0), (17.0, 141.0)):
         t = np.arange(int(seconds * rate)) / rate
         own = np.stack([motion(t), np.cos(t)], axis=1)
-        error = np.stack([errors(t), np.zeros_like(t)], axis=1) + 0.002 * rng.standard_normal((t.size, 2))
+        error = np.stack([errors(t), np.zeros_like(t)], axis=1) + noise * rng.standard_normal((t.size, 2))
         run = FitRun("r", t, t[:, None], own + error).compared_from(lead)
         runs.append(run)
         residuals.append(error[lead:])
@@ -43,6 +43,14 @@ def test_a_clock_that_runs_slow_is_found_with_its_rate(rate: float, late: float,
     assert said.startswith(
         f"x_out comes {when} by {1e3 * abs(slow_clocks(one)['x_out']):.2g} ms in each second of a run"
     )
+
+
+@pytest.mark.parametrize(
+    ("rate", "noise", "found"), [(1.4e-4, 6e-4, True), (1.4e-4, 2.4e-3, False), (1.2e-4, 6e-4, False)]
+)
+def test_a_slow_clock_may_make_little(rate: float, noise: float, found: bool) -> None:
+    """0.3 % of the spread, and what noise and constant lags do not make."""
+    assert bool(slow_clocks(fitted(lambda t: motion(t - rate * t) - motion(t), noise=noise))) is found
 
 
 @pytest.mark.parametrize(

@@ -355,10 +355,6 @@ CONTRADICTING_SHARE = 0.6
 """Where laws of a family predict this part of a residual, and those of the families of an answer less than half of
 that, the answer is none: its law bends to one of another kind."""
 
-SLOW_CLOCK_SHARE = 0.25
-"""A delay that grows with time must predict this part of what a constant one leaves to say that a clock runs slow; of
-constant lags it predicts next to nothing."""
-
 TONE_SHARE = 0.3
 """Part of what a model leaves that a tone makes to be one, in each half of each run: noise has next to none at one
 frequency, and what rings with the motion is not in step with itself."""

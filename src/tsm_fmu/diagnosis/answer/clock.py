@@ -10,15 +10,16 @@ from ...effects import about, effect_of, place_of
 from ...kernels.arrays import FloatArray
 from ...kernels.kernel import Kernel
 from ..choice.supported import Choice
-from ..criteria import CLEAN_EFFECT_SPREAD_SHARE, MUCH_LESS_RATIO, SLOW_CLOCK_SHARE
+from ..criteria import FIT_SPREAD_SHARE, MUCH_LESS_RATIO
 from ..fits.refit import Fitted
 
 
 def slow_clocks(fitted: Fitted) -> dict[str, float]:
     """By channel, by how much later it comes in each second [s/s], below zero for earlier.
 
-    Of what a constant delay and a constant lost motion leave, a delay that grows with the time of a run predicts a
-    notable part, and leaves less than half of what a lost motion that grows leaves.
+    Of what a constant delay and a constant lost motion leave, a delay that grows with the time of a run predicts more
+    than half, and leaves less than half of what a lost motion that grows leaves: no form of a model does so, however
+    small.
 
     Parameters
     ----------
@@ -36,8 +37,8 @@ def slow_clocks(fitted: Fitted) -> dict[str, float]:
             left.append(residual[:, c])
         every, y = np.concatenate(columns), np.concatenate(left)
         constant, later, wider = (_left_by(every[:, kept], y) for kept in ([0, 1], [0, 1, 2], [0, 1, 3]))
-        least = max(SLOW_CLOCK_SHARE * constant, (CLEAN_EFFECT_SPREAD_SHARE * fitted.spread[c]) ** 2)
-        if constant - later > least and later < MUCH_LESS_RATIO * wider:
+        told = constant - later > (FIT_SPREAD_SHARE * fitted.spread[c]) ** 2
+        if told and later < MUCH_LESS_RATIO * min(constant, wider):
             found[channel] = float(-np.linalg.lstsq(every[:, :3], y)[0][2])
     return found
 
