@@ -102,14 +102,20 @@ def test_noise_that_forgets_slowly_is_worth_fewer_samples() -> None:
     assert effective_samples([white[0][:3]] * 2) == pytest.approx([6.0])
 
 
-def test_values_lent_by_another_fit_leave_those_that_it_has_not(one: Fitted, loose: Fitted) -> None:
-    """Values of each run too."""
-    lent, back = loose.lent_by(one), one.lent_by(loose)
+def test_values_lent_by_another_fit_leave_those_of_the_effects(one: Fitted, loose: Fitted) -> None:
+    """And stay in later refits, which move the effects alone."""
+    lent = loose.lent_by(one, ())
     assert lent.values == {**loose.values, **one.values} != loose.values
-    assert lent.per_run["F.offset_drift.b"].tolist() == loose.per_run["F.offset_drift.b"].tolist()
-    assert back.values == {name: loose.values[name] for name in one.values}
-    drifting = loose.with_values({"F__offset_drift__b": 0.7})
-    assert drifting.lent_by(loose).per_run["F.offset_drift.b"].tolist() == loose.per_run["F.offset_drift.b"].tolist()
+    moved = loose.with_values({"F__offset_drift__c": 0.7, "sigma2": 1.9, "F__sensor_lag__tau": 0.03})
+    back = moved.lent_by(loose, ("offset_drift@F",))
+    assert back.values == {**loose.values, "F.offset_drift.c": 0.7}
+    again = moved.lent_by(loose, ("sensor_lag@F",))
+    assert again.values == {**loose.values, "F.sensor_lag.tau": 0.03}
+    assert again.per_run["F.offset_drift.b"].tolist() == loose.per_run["F.offset_drift.b"].tolist()
+    refitted = refit(again.task, FREE, again.values, per_run_values=again.per_run, per_run=["F.offset_drift.b"])
+    assert refitted.values["F.sensor_lag.tau"] != 0.03
+    for name in one.values:
+        assert refitted.values[name] == loose.values[name], name
 
 
 def test_what_an_effect_does_is_the_change_without_it_over_the_spread(loose: Fitted) -> None:

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.diagnosis.test_choice import made
+from tests.diagnosis.test_choice import SPREAD, made
 from tsm_fmu.diagnosis.choice.selection import (
     _any_law_of_a_coordinate,
     _far_ahead,
     _hidden_near,
     _misleads,
+    _predicting,
     _without_any_laws,
 )
 from tsm_fmu.diagnosis.choice.supported import Choice
@@ -26,8 +27,7 @@ def leaves(
     held_out: list[float], effects: tuple[str, ...] = ("inertia",), acts: tuple[bool, bool] = (True, True)
 ) -> Any:
     errors = [np.tile(held_out, (7, 1)), -np.tile(held_out, (5, 1))]
-    fitted: Any = SimpleNamespace(spread=np.array([2.0, 0.3]), held_out_errors=lambda _: errors)
-    fitted.lent_by = lambda other: other or fitted
+    fitted = SimpleNamespace(spread=np.array([2.0, 0.3]), held_out_errors=lambda _: errors)
     return SimpleNamespace(effects=effects, fitted=fitted, acts=np.array(acts) & bool(effects))
 
 
@@ -42,21 +42,43 @@ def leaves(
 def test_effects_with_which_held_out_runs_are_predicted_far_worse_mislead(after: list[float], misleads: bool) -> None:
     """By half more than without them, in any channel they change, and by more than a gap: 1.2 % of the spread."""
     before = leaves([0.1 if after[0] != 0.2 else 0.19, 0.01], ())
-    assert _misleads(leaves(after), None, before, [object()]) is misleads  # pyright: ignore[reportArgumentType]
-    assert not _misleads(leaves(after, ()), None, before, [object()])  # pyright: ignore[reportArgumentType]
+    assert _misleads(leaves(after), before, [object()]) is misleads  # pyright: ignore[reportArgumentType]
+    assert not _misleads(leaves(after, ()), before, [object()])  # pyright: ignore[reportArgumentType]
     elsewhere = leaves(after, acts=(after[0] < 0.15, after[1] < 0.015))
-    assert not _misleads(elsewhere, None, before, [object()])  # pyright: ignore[reportArgumentType]
+    assert not _misleads(elsewhere, before, [object()])  # pyright: ignore[reportArgumentType]
 
 
-@pytest.mark.parametrize(("lent", "misleads"), [(0.149, False), (0.151, True)])
-def test_a_parameter_of_the_model_that_ran_away_is_no_fault_of_the_effects(lent: float, misleads: bool) -> None:
-    """With all that the model itself has they predict held-out runs."""
-    plain: Any = leaves([lent, 0.01]).fitted
-    assert _misleads(leaves([0.41, 0.01]), plain, leaves([0.1, 0.01], ()), [object()]) is misleads  # pyright: ignore[reportArgumentType]
+@pytest.mark.parametrize(
+    ("whole", "left", "beside", "predicts"),
+    [
+        (0.31, 0.04, 0.14, True), (0.31, 0.04, 0.16, False),  # by half more than without the effects
+        (0.31, 0.042, 0.14, True), (0.31, 0.044, 0.14, False),  # twice the mean square of the measured runs
+    ],
+)  # fmt: skip
+def test_effects_may_predict_beside_the_values_of_the_model_without_them(
+    whole: float, left: float, beside: float, predicts: bool
+) -> None:
+    plain, one, refitted = made("", 0.09, 0.09), made("wear", 0.0301, 0.07), made("", 0.1, 0.1)
+    vars(refitted.fitted)["held_out_errors"] = lambda _: [np.full((5, 1), 0.1 * SPREAD)]
+    other: Any = SimpleNamespace(**vars(one.fitted), held_out_errors=lambda _: [np.full((5, 1), beside * SPREAD)])
+    other.rmse = np.array([left * SPREAD])
+    lent: list[Any] = []
+    vars(one.fitted).update(
+        held_out_errors=lambda _: [np.full((5, 1), whole * SPREAD)],
+        lent_by=lambda fitted, effects: lent.append((fitted, effects)) or other,
+    )
+    found = _predicting(one, plain, refitted, [object()])  # pyright: ignore[reportArgumentType]
+    assert lent == [(plain.fitted, ("wear",))]
+    assert (found is not None) is predicts
+    if found:
+        assert (found.fitted, found.effects, found.held_out) == (other, one.effects, one.held_out)
+        assert found.measured == pytest.approx(other.rmse**2)
+    vars(one.fitted)["held_out_errors"] = lambda _: [np.full((5, 1), 0.14 * SPREAD)]
+    assert _predicting(one, plain, refitted, [object()]) is one  # pyright: ignore[reportArgumentType]
 
 
 def test_a_small_error_that_doubles_misleads_nobody() -> None:
-    assert not _misleads(leaves([0.023, 0.0035]), None, leaves([0.01, 0.001], ()), [object()])  # pyright: ignore[reportArgumentType]
+    assert not _misleads(leaves([0.023, 0.0035]), leaves([0.01, 0.001], ()), [object()])  # pyright: ignore[reportArgumentType]
 
 
 @pytest.mark.parametrize(

@@ -98,11 +98,15 @@ def select(
         floors = replace(floors, unexplained=floors.unexplained & ~ahead)
         if ahead.any():
             choice = replace(choice, supported=(*choice.supported, *_hidden_near(choice, judged)))
+    predicting = _predicting(choice.winner, found[0], baselines.refitted, holdout) if holdout else choice.winner
+    if predicting and predicting is not choice.winner:
+        found = [predicting if h is choice.winner else h for h in found]
+        choice = replace(choice, supported=(predicting, *choice.supported[1:]))
     if (
         len(choice.winner.effects) > MOST_EFFECTS  # its nuisance effects counted: some sum of so many closes any gap
         or any(_any_law_of_a_coordinate(h.effects) for h in choice.supported)
         or _imitates(choice.winner, judged, baselines.refitted)
-        or (holdout and _misleads(choice.winner, found[0].fitted, baselines.refitted, holdout))
+        or predicting is None
     ):
         floors = replace(floors, unexplained=np.ones_like(floors.open_))
     if floors.unexplained.any():
@@ -209,19 +213,34 @@ def _stands_for(spec: str, others: Collection[str]) -> bool:
     return place_of(spec) in map(place_of, others) or looks_like(spec, others)
 
 
-def _misleads(one: Hypothesis, plain: Fitted, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:
+def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:
     """Whether effects, as the measured runs have them, predict held-out runs far worse than the model without them.
 
     Values may move there, but a law that has to move to be of use is no finding. Of what the effects change: a channel
-    that they have nothing to do with may be worse because other parameters of it are. So may one that they change,
-    where a parameter of the model has run away beside them: with what the model itself has they predict these runs.
+    that they have nothing to do with may be worse because other parameters of it are.
     """
     if not one.acts.any():
         return False
-    before = rms(refitted.fitted.held_out_errors(holdout))
-    least = np.maximum(MISLEADING_RATIO * before, EFFECT_SPREAD_SHARE * one.fitted.spread)
-    fits = (one.fitted, one.fitted.lent_by(plain))
-    return all((one.acts & (rms(fitted.held_out_errors(holdout)) > least)).any() for fitted in fits)
+    after, before = (rms(h.fitted.held_out_errors(holdout)) for h in (one, refitted))
+    spread = one.fitted.spread
+    return bool((one.acts & (after > np.maximum(MISLEADING_RATIO * before, EFFECT_SPREAD_SHARE * spread))).any())
+
+
+def _predicting(
+    one: Hypothesis, plain: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]
+) -> Hypothesis | None:
+    """A hypothesis whose effects do not mislead: the same, or beside the values that the model has without them.
+
+    What the measured runs leave open of these may have run away beside the effects; then they fit those runs about as
+    well with the others.
+    """
+    if not _misleads(one, refitted, holdout):
+        return one
+    fitted = one.fitted.lent_by(plain.fitted, one.effects)
+    measured = fitted.rmse**2 + one.reference_gain
+    other = replace(one, fitted=fitted, measured=measured, nuisance_tests=lambda: one.tested)
+    as_good = (MUCH_LESS_RATIO * measured < one.measured).all()
+    return other if as_good and not _misleads(other, refitted, holdout) else None
 
 
 def _imitates(one: Hypothesis, hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> bool:

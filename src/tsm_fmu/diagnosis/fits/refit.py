@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ...effects import prefix_of
 from ...kernels.arrays import FloatArray
 from ...kernels.chain import attach, chain
 from ...kernels.drives import Drive
@@ -185,14 +186,22 @@ class Fitted:
         changes = [before - after for before, after in zip(self.residuals, other.residuals, strict=True)]
         return rms(changes) / np.maximum(self.spread, 1e-300)
 
-    def lent_by(self, other: Fitted) -> Fitted:
-        """A copy with all values that another fit to the same runs has; nothing is refitted."""
-        table, others = self.table.copy(), other.values | other.per_run
-        for j, field_ in enumerate(self.problem.fields):
-            name = self.problem.declared[field_].name
-            if name in others:
+    def lent_by(self, other: Fitted, effects: Sequence[str]) -> Fitted:
+        """A copy with the values that another fit to the same runs has, but for those of some effects.
+
+        Nothing is refitted; later refits move these alone, and what each run has of its own.
+        """
+        own, others = tuple(map(prefix_of, effects)), other.values | other.per_run
+        table, kept = self.table.copy(), dict[str, str]()
+        for j, name_in_kernel in enumerate(self.problem.fields):
+            name = self.problem.declared[name_in_kernel].name
+            if name in others and not name.startswith(own):
                 table[:, j] = others[name]
-        return replace(self, table=table)
+                if name_in_kernel not in self.problem.per_run:
+                    kept[name_in_kernel] = name
+        problem = self.problem.over(self.problem.space.fixing(kept))
+        task = replace(self.task, fixed=(*self.task.fixed, *kept.values()))
+        return replace(self, table=table, problem=problem, task=task)
 
     def with_values(self, values: Mapping[str, float]) -> Fitted:
         """A copy with other values of some fields, by field; nothing is refitted."""
