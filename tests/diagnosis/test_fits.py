@@ -116,6 +116,11 @@ def test_values_lent_by_another_fit_leave_those_of_the_effects(one: Fitted, loos
     assert refitted.values["F.sensor_lag.tau"] != 0.03
     for name in one.values:
         assert refitted.values[name] == loose.values[name], name
+    assert set(again.problem.shared) == {"F__sensor_lag__tau"}
+    free = again.not_kept(moved.task.fixed)
+    assert free.values == again.values
+    assert set(free.problem.shared) == set(moved.problem.shared)
+    assert free.task.fixed == moved.task.fixed
 
 
 def test_what_an_effect_does_is_the_change_without_it_over_the_spread(loose: Fitted) -> None:

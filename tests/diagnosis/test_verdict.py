@@ -22,8 +22,15 @@ AFTER_REVERSALS = [m.NAME for m in EFFECTS if m.ABOUT.after_reversal and m.ABOUT
 
 @pytest.fixture
 def said(monkeypatch: pytest.MonkeyPatch):
-    final = SimpleNamespace(problem=SimpleNamespace(channels=("F",)), effects=("creep",))
-    monkeypatch.setattr(verdict, "with_read", lambda fitted, specs, _: SimpleNamespace(**vars(fitted), read=specs))
+    def fit(read: Collection[str] = ()) -> Any:
+        one: Any = SimpleNamespace(
+            problem=SimpleNamespace(channels=("F",)), effects=("creep",), task=SimpleNamespace(fixed=("sigma1",))
+        )
+        one.not_kept = lambda fixed: SimpleNamespace(**vars(one), read=read, kept=fixed)
+        return one
+
+    final = fit()
+    monkeypatch.setattr(verdict, "with_read", lambda fitted, specs, _: fit(specs))
     monkeypatch.setattr(verdict, "_final_fit", lambda *_: final)
     monkeypatch.setattr(verdict, "sign_notes", lambda _: ())
     floors = SimpleNamespace(without_answer=False, open_=np.zeros(1, bool), unexplained=np.zeros(1, bool))
@@ -52,8 +59,10 @@ def said(monkeypatch: pytest.MonkeyPatch):
 
 @pytest.mark.parametrize("effect", AFTER_REVERSALS)
 def test_a_set_of_laws_after_reversals_holds_none_that_cannot_be_there(said, effect: str) -> None:
-    whole = said((effect,), ()).equivalent
+    found = said((effect,), ())
+    whole = found.equivalent
     assert whole[0] == effect
+    assert found.final.kept == ("sigma1",), "what the user fixed"
     assert set(whole[1:]) <= set(about(effect).looks_like)
     for other in whole[1:]:
         assert said((effect,), (other,)).equivalent == tuple(e for e in whole if e != other)
@@ -103,7 +112,10 @@ def test_a_gap_that_is_a_law_is_unknown_whatever_the_motion_would_not_show(chann
 
 
 def test_few_levels_are_named_in_the_channels_that_are_explained(monkeypatch: pytest.MonkeyPatch) -> None:
-    fitted = SimpleNamespace(problem=SimpleNamespace(channels=("x_out", "tau_in")), effects=())
+    fitted: Any = SimpleNamespace(
+        problem=SimpleNamespace(channels=("x_out", "tau_in")), effects=(), task=SimpleNamespace(fixed=()),
+        not_kept=lambda _: fitted,
+    )  # fmt: skip
     read: list[str] = []
     monkeypatch.setattr(verdict, "_final_fit", lambda *_: fitted)
     monkeypatch.setattr(verdict, "sign_notes", lambda _: ())

@@ -93,6 +93,7 @@ def verdict_of(
         final = with_levels(final, levels)
     if wandering:
         final = with_read(final, [spec for spec in wandering if spec not in final.effects], {})
+    final = final.not_kept(refitted.task.fixed)
     sets = [tuple(dict.fromkeys(id_of(spec) for spec in h.effects)) for h in choice.supported]
     common = [e for e in sets[0] if all(e in ids for ids in sets)]
     common += [e for e in map(id_of, read) if e not in common]

@@ -189,7 +189,7 @@ class Fitted:
     def lent_by(self, other: Fitted, effects: Sequence[str]) -> Fitted:
         """A copy with the values that another fit to the same runs has, but for those of some effects.
 
-        Nothing is refitted; later refits move these alone, and what each run has of its own.
+        Nothing is refitted; later refits move these alone, and what each run has of its own. See `not_kept`.
         """
         own, others = tuple(map(prefix_of, effects)), other.values | other.per_run
         table, kept = self.table.copy(), dict[str, str]()
@@ -197,11 +197,18 @@ class Fitted:
             name = self.problem.declared[name_in_kernel].name
             if name in others and not name.startswith(own):
                 table[:, j] = others[name]
-                if name_in_kernel not in self.problem.per_run:
+                if name_in_kernel in self.problem.shared:
                     kept[name_in_kernel] = name
         problem = self.problem.over(self.problem.space.fixing(kept))
         task = replace(self.task, fixed=(*self.task.fixed, *kept.values()))
         return replace(self, table=table, problem=problem, task=task)
+
+    def not_kept(self, fixed: Sequence[str]) -> Fitted:
+        """A copy in which all parameters may move again but those that are given as fixed, by public name."""
+        again = {*self.task.fixed} - {*fixed}
+        fields = [f for f in self.problem.fields if self.problem.declared[f].name in again]
+        space = self.problem.space.freeing_only({*self.problem.space.free, *fields})
+        return replace(self, problem=self.problem.over(space), task=replace(self.task, fixed=tuple(fixed)))
 
     def with_values(self, values: Mapping[str, float]) -> Fitted:
         """A copy with other values of some fields, by field; nothing is refitted."""
