@@ -276,8 +276,12 @@ gap."""
 REFERENCE_RATIO = 1.3
 """A gap within this factor of that on reference runs is the form of the model, and so is what an effect removes."""
 
-MISLEADING_RATIO = 1.5
-"""Error on held-out runs over that of the refitted model beyond which the effects of an answer mislead."""
+MISLEADING_RATIO = 1.1
+"""Error on held-out runs over that of the refitted model beyond which the effects of an answer mislead: a law of a rig
+makes it no worse."""
+
+MISLEADING_STATE_RATIO = 1.5
+"""The same of effects that have a state of each run, as wear has: of a run that was not fitted it is not known."""
 
 GAP_FLOOR_SHARE = 0.02
 """Mean square above the floor, as a part of the floor's, from which on there is a gap to close."""

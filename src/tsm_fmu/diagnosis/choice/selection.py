@@ -22,6 +22,7 @@ from ..criteria import (
     FURTHER_EFFECT_SPREAD_SHARE,
     LEADING_SHARE,
     MISLEADING_RATIO,
+    MISLEADING_STATE_RATIO,
     MOST_EFFECTS,
     MUCH_LESS_RATIO,
     NOTABLE_RATIO,
@@ -213,17 +214,16 @@ def _stands_for(spec: str, others: Collection[str]) -> bool:
     return place_of(spec) in map(place_of, others) or looks_like(spec, others)
 
 
-def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun]) -> bool:
-    """Whether effects, as the measured runs have them, predict held-out runs far worse than the model without them.
+def _misleads(one: Hypothesis, refitted: Hypothesis, holdout: Sequence[FitRun], ratio: float) -> bool:
+    """Whether effects, as the measured runs have them, predict held-out runs worse than the model without them.
 
-    Values may move there, but a law that has to move to be of use is no finding. Of what the effects change: a channel
-    that they have nothing to do with may be worse because other parameters of it are.
+    By more than a ratio. Values may move there, but a law that has to move to be of use is no finding. Of what the
+    effects change: a channel that they have nothing to do with may be worse because other parameters of it are.
     """
     if not one.acts.any():
         return False
     after, before = (rms(h.fitted.held_out_errors(holdout)) for h in (one, refitted))
-    spread = one.fitted.spread
-    return bool((one.acts & (after > np.maximum(MISLEADING_RATIO * before, EFFECT_SPREAD_SHARE * spread))).any())
+    return bool((one.acts & (after > np.maximum(ratio * before, EFFECT_SPREAD_SHARE * one.fitted.spread))).any())
 
 
 def _predicting(
@@ -232,15 +232,15 @@ def _predicting(
     """A hypothesis whose effects do not mislead: the same, or beside the values that the model has without them.
 
     What the measured runs leave open of these may have run away beside the effects; then they fit those runs about as
-    well with the others.
+    well with the others, and predict held-out runs no worse at all.
     """
-    if not _misleads(one, refitted, holdout):
+    if not _misleads(one, refitted, holdout, MISLEADING_STATE_RATIO if one.values_of_runs else MISLEADING_RATIO):
         return one
     fitted = one.fitted.lent_by(plain.fitted, one.effects)
     measured = fitted.rmse**2 + one.reference_gain
     other = replace(one, fitted=fitted, measured=measured, nuisance_tests=lambda: one.tested)
     as_good = (MUCH_LESS_RATIO * measured < one.measured).all()
-    return other if as_good and not _misleads(other, refitted, holdout) else None
+    return other if as_good and not _misleads(other, refitted, holdout, 1.0) else None
 
 
 def _imitates(one: Hypothesis, hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> bool:
