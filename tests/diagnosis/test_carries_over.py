@@ -119,6 +119,8 @@ def test_far_more_than_reference_runs_show_is_no_form_of_the_model(
     plain = made("", measured, held)
     known: Any = None if reference is None else SimpleNamespace(rmse=np.array([reference * 3.7]))
     assert _above_references(plain, known).tolist() == [missing]
+    coarse = made("", measured, held, steps=0.0059)
+    assert not _above_references(coarse, known).any(), "the steps of a converter"
     assert not _above_references(made("inertia", measured, held), known).any(), "an effect that is missing"
     assert not _above_references(made("", measured), known).any(), "nothing held out"
 

@@ -195,13 +195,15 @@ def shown_elsewhere(one: Hypothesis, reference_fit: Fitted | None) -> BoolArray:
 def _above_references(one: Hypothesis, reference_fit: Fitted | None) -> BoolArray:
     """Channels where nothing is missing, and far more is left than of reference runs: of measured and held-out runs.
 
-    What is left of reference runs is what the form of the model leaves, however little of the spread that is.
+    What is left of reference runs is what the form of the model leaves, however little of the spread that is. What the
+    steps of a converter make is no gap: they are read from the values.
     """
     if one.effects or one.held_out is None or reference_fit is None:
         return np.zeros(one.measured.size, bool)
-    known = (FORM_RATIO * reference_fit.rmse) ** 2
+    steps, known = REFERENCE_RATIO * one.fitted.task.steps, FORM_RATIO * reference_fit.rmse
+    above = [above_floor(left, steps, known) > 0.0 for left in (one.measured, one.held_out)]
     plain = one.measured + one.held_out > 2.0 * (CLEAN_EFFECT_SPREAD_SHARE * one.fitted.spread) ** 2
-    return plain & (one.measured > known) & (one.held_out > known)
+    return plain & np.all(above, axis=0)
 
 
 def white_noise(fitted: Fitted) -> FloatArray:
