@@ -25,12 +25,11 @@ NOTHING, SOMETHING = np.array([False]), np.array([True])
 
 
 def leaves(
-    held_out: list[float], effects: tuple[str, ...] = ("inertia",), acts: tuple[bool, bool] = (True, True),
-) -> Any:  # fmt: skip
+    held_out: list[float], effects: tuple[str, ...] = ("inertia",), acts: tuple[bool, bool] = (True, True)
+) -> Any:
     errors = [np.tile(held_out, (7, 1)), -np.tile(held_out, (5, 1))]
     fitted = SimpleNamespace(spread=np.array([2.0, 0.3]), held_out_errors=lambda _: errors)
-    acting = np.array(acts) & bool(effects)
-    return SimpleNamespace(effects=effects, fitted=fitted, acts=acting)
+    return SimpleNamespace(effects=effects, fitted=fitted, acts=np.array(acts) & bool(effects))
 
 
 @pytest.mark.parametrize(

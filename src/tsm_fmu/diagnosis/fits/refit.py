@@ -192,16 +192,13 @@ class Fitted:
         Nothing is refitted; later refits move these alone, and what each run has of its own. See `not_kept`.
         """
         own, others = tuple(map(prefix_of, effects)), other.values | other.per_run
-        table, kept = self.table.copy(), dict[str, str]()
-        for j, name_in_kernel in enumerate(self.problem.fields):
-            name = self.problem.declared[name_in_kernel].name
-            if name in others and not name.startswith(own):
-                table[:, j] = others[name]
-                if name_in_kernel in self.problem.shared:
-                    kept[name_in_kernel] = name
-        problem = self.problem.over(self.problem.space.fixing(kept))
-        task = replace(self.task, fixed=(*self.task.fixed, *kept.values()))
-        return replace(self, table=table, problem=problem, task=task)
+        names = {f: self.problem.declared[f].name for f in self.problem.fields}
+        lent = {f: others[name] for f, name in names.items() if name in others and not name.startswith(own)}
+        kept = [f for f in self.problem.shared if f in lent]
+        return replace(
+            self.with_values(lent), problem=self.problem.over(self.problem.space.fixing(kept)),
+            task=replace(self.task, fixed=(*self.task.fixed, *(names[f] for f in kept))),
+        )  # fmt: skip
 
     def not_kept(self, fixed: Sequence[str]) -> Fitted:
         """A copy in which all parameters may move again but those that are given as fixed, by public name."""
@@ -210,8 +207,8 @@ class Fitted:
         space = self.problem.space.freeing_only({*self.problem.space.free, *fields})
         return replace(self, problem=self.problem.over(space), task=replace(self.task, fixed=tuple(fixed)))
 
-    def with_values(self, values: Mapping[str, float]) -> Fitted:
-        """A copy with other values of some fields, by field; nothing is refitted."""
+    def with_values(self, values: Mapping[str, float | FloatArray]) -> Fitted:
+        """A copy with other values of some fields, by field, each one or of shape (runs,); nothing is refitted."""
         table = self.table.copy()
         for name, value in values.items():
             table[:, self.problem.fields.index(name)] = value
