@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,10 +10,10 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.test_choice import SPREAD, made
+from tsm_fmu.diagnosis.choice.near import hidden_near, rivals
 from tsm_fmu.diagnosis.choice.selection import (
     _any_law_of_a_coordinate,
     _far_ahead,
-    _hidden_near,
     _misleads,
     _predicting,
     _without_any_laws,
@@ -252,6 +253,55 @@ def test_what_hides_behind_a_law_that_is_not_quite_the_rigs_is_in_a_set_with_it(
     with_more = made("stiffness_hardening inertia", 0.05, 0.06)
     lost = made("stiffness_hardening@F", 0.05, 0.06)
     lost.__dict__["disguised"] = True
-    found = _hidden_near(Choice(one, (one,)), [plain, one, alike, other, with_more, lost])
+    found = hidden_near(Choice(one, (one,)), [plain, one, alike, other, with_more, lost])
     assert [h.effects for h in found] == ([] if told_apart else [("stiffness_hardening",)])
-    assert _hidden_near(Choice(one, (one, alike)), [plain, one, alike]) == []  # there already
+    assert hidden_near(Choice(one, (one, alike)), [plain, one, alike]) == []  # there already
+
+
+@pytest.mark.parametrize(
+    ("left", "held", "parameters", "there"),
+    [
+        (0.05, 0.06, 5, True), (0.05, 0.06, 4, True), (0.05, 0.06, 6, False),  # each parameter more must have paid
+        (0.067, 0.067, 5, True), (0.0712, 0.0712, 5, False),  # three times the mean square: 0.06928
+        (0.05, 0.0863, 5, True), (0.03, 0.0867, 5, False),  # half of what it closes of held-out runs: 0.08654
+    ],
+)  # fmt: skip
+def test_what_comes_near_an_answer_with_no_more_parameters_is_in_a_set_with_it(
+    left: float, held: float, parameters: int, there: bool
+) -> None:
+    plain, one = made("", 0.12, 0.1155), made("acceleration_branches", 0.04, 0.04)
+    other = made("inertia", left, held, parameters=parameters)
+    lost, pair = made("creep", 0.041, 0.041), made("inertia viscous", 0.041, 0.041)
+    for h in (one, other, pair):
+        h.__dict__["disguised"] = False
+    lost.__dict__["disguised"] = True
+    found = rivals(Choice(one, (one,)), [plain, one, other, lost, pair], None)
+    assert [h.effects for h in found] == ([("inertia",)] if there else [])
+    assert rivals(Choice(one, (one, other)), [plain, one, other, lost, pair], None) == []  # there already
+    assert (
+        rivals(Choice(plain, (plain,)), [plain, one, other], None) == []
+    )  # no effect that another could be instead of
+
+
+@pytest.mark.parametrize(("floor", "there"), [(0.0299, True), (0.0315, False)])
+def test_an_answer_that_leaves_what_reference_runs_do_has_no_rivals(floor: float, there: bool) -> None:
+    """Up to 1.3 times as much: its law is that of the rig."""
+    plain, one, other = made("", 0.12, 0.12), made("wear", 0.04, 0.04), made("thermal", 0.05, 0.05)
+    other.__dict__["disguised"] = False
+    reference: Any = SimpleNamespace(rmse=np.array([floor * SPREAD]))
+    assert bool(rivals(Choice(one, (one,)), [plain, one, other], reference)) is there
+
+
+def test_a_rival_of_one_channel_closes_half_of_each() -> None:
+    """What takes the gap of a torque and leaves that of a position is none of an answer that closes both."""
+
+    def two(added: str, torque: float, position: float) -> Any:
+        one, each = made(added, torque, torque), np.array([torque * SPREAD, position]) ** 2
+        vars(one.fitted).update(spread=np.array([SPREAD, 1.0]), rmse=np.sqrt(each), share_of=lambda _: np.full(2, 0.1))
+        return replace(one, measured=each, held_out=each, effective=np.full(2, 1e5), effective_held_out=np.full(2, 1e5))
+
+    plain, one = two("", 0.1, 0.1), two("wear", 0.05, 0.05)
+    both, torque = two("thermal", 0.06, 0.06), two("viscous", 0.04, 0.099)
+    for h in (one, both, torque):
+        h.__dict__["disguised"] = False
+    assert [h.effects for h in rivals(Choice(one, (one,)), [plain, one, both, torque], None)] == [("thermal",)]

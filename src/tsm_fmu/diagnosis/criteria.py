@@ -163,6 +163,10 @@ MUCH_LESS_RATIO = 0.5
 """Of two effects that look like each other the one that leaves less than this many times the mean square is there; an
 effect that all others compare to like that is, though something is left."""
 
+RIVAL_RATIO = 3.0
+"""Where an answer leaves more than the floor, its law is not quite the rig's: an effect with no more parameters that
+leaves less than this many times the mean square may be there instead, if it closes half as much."""
+
 FIT_SPREAD_SHARE = 0.003
 """A difference between two fits that says nothing about which is right."""
 

@@ -17,7 +17,7 @@ from .answer.verdict import Verdict, verdict_of
 from .answer.wander import explained_by_zeros, offsets_of, with_free_zeros, with_sizes, zeros_that_wander
 from .choice.baselines import Baselines, baselines
 from .choice.search import Search, candidate_places
-from .choice.selection import Selection, select, without_names
+from .choice.selection import Selection, select, with_rivals, without_names
 from .choice.visibility import Unseen, unexcited
 from .criteria import FEW_SAMPLES_RATIO, MORE_SAMPLES_RATIO
 from .evidence import FamilyShare, Limit, Tone, Wander
@@ -203,7 +203,7 @@ def _searched(runs: PreparedRuns, fitted: Baselines, holdout: list[FitRun], prog
         there = dict(zip(base.fitted.problem.channels, result.elsewhere, strict=True))
         known = (*(e for e in elsewhere() if there[e.channel]), *(e for e in evidence if not there[e.channel]))
         evidence = tuple(sorted(known, key=lambda e: -e.share))
-    return _Searched(runs, holdout, result, evidence)
+    return _Searched(runs, holdout, with_rivals(result), evidence)
 
 
 def _with_zeros_that_wander(

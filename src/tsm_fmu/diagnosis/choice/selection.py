@@ -32,6 +32,7 @@ from .baselines import Baselines
 from .explained import of_explained_channels, of_levels
 from .floors import Floors, floors_of, least_floor, shown_elsewhere
 from .hypotheses import Hypothesis, can_leave_out, left_out_in_turn
+from .near import hidden_near, rivals
 from .patches import without_patches
 from .supported import Choice, choice_of, clearly_worse, comes_near, dominated, leaves_less, log_residual
 
@@ -98,7 +99,7 @@ def select(
         ahead = floors.unexplained & _far_ahead(choice, judged, baselines.reference, floors.open_)
         floors = replace(floors, unexplained=floors.unexplained & ~ahead)
         if ahead.any():
-            choice = replace(choice, supported=(*choice.supported, *_hidden_near(choice, judged)))
+            choice = replace(choice, supported=(*choice.supported, *hidden_near(choice, judged)))
     predicting = _predicting(choice.winner, found[0], baselines.refitted, holdout) if holdout else choice.winner
     if predicting and predicting is not choice.winner:
         found = [predicting if h is choice.winner else h for h in found]
@@ -126,6 +127,14 @@ def without_names(one: Selection) -> Selection:
     """The same, in which nothing is explained."""
     floors = replace(one.floors, unexplained=np.ones_like(one.floors.open_), in_part=False)
     return replace(one, floors=floors)
+
+
+def with_rivals(one: Selection) -> Selection:
+    """The same, in which effects that come near an answer are in a set with it."""
+    if one.floors.without_answer:
+        return one
+    supported = (*one.choice.supported, *rivals(one.choice, one.hypotheses, one.baselines.reference))
+    return replace(one, choice=replace(one.choice, supported=supported))
 
 
 def _far_ahead(
@@ -165,19 +174,6 @@ def _far_ahead(
         carries_over &= ~open_ | (one.held_out < FORM_RATIO**2 * np.maximum(one.measured, floor))
         found |= closed(one.measured, plain.measured, LEADING_SHARE) & carries_over
     return one.acts & found
-
-
-def _hidden_near(choice: Choice, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Single effects that hide behind one that is far ahead, and do not leave twice as much.
-
-    Its law is not quite that of the rig: which of them is nearer to that does not tell which is there.
-    """
-    one, known = choice.winner, {h.effects for h in choice.supported}
-    return [
-        h for h in sorted(hypotheses, key=log_residual)
-        if len(h.added) == len(h.effects) == 1 and h.effects not in known and not h.disguised
-        and looks_like(h.added[0], one.effects) and comes_near(h, one)
-    ]  # fmt: skip
 
 
 def _bends_to_any_law(one: Hypothesis, hypotheses: Sequence[Hypothesis]) -> bool:
