@@ -59,6 +59,8 @@ class Hypothesis:
         Effects that correct the form of the model, and nuisance effects that do: none of them is missing.
     folded : bool
         Whether ``held_out`` is of measured runs that were left out in turn.
+    holdout : sequence of FitRun
+        Held-out runs; none where ``held_out`` is of measured ones.
     nuisance_tests : callable, optional
         Gives `tested`, where another hypothesis with the same fit knows it; only called when it is asked for.
     """
@@ -72,6 +74,7 @@ class Hypothesis:
     effective_held_out: FloatArray
     form_corrections: tuple[str, ...] = ()
     folded: bool = False
+    holdout: Sequence[FitRun] = field(default=(), repr=False, compare=False)
     nuisance_tests: Callable[[], Mapping[str, tuple[float, Fitted]]] | None = field(
         default=None, repr=False, compare=False
     )
@@ -134,7 +137,8 @@ class Hypothesis:
         to_test = [
             s for s in self.fitted.effects if s in self.nuisances and s not in (*self.added, *self.form_corrections)
         ]
-        return significant_nuisances(self.fitted, to_test, self.nuisances)
+        elsewhere = self.held_out - self.reference_gain if self.held_out is not None and self.holdout else None
+        return significant_nuisances(self.fitted, to_test, self.nuisances, self.holdout, elsewhere)
 
     @property
     def _significant(self) -> dict[str, tuple[float, Fitted]]:
@@ -224,6 +228,7 @@ def hypothesis(
         holdout_mean_square,
         fitted.effective,
         effective,
+        holdout=holdout,
     )
 
 

@@ -20,6 +20,7 @@ from ...kernels.arrays import BoolArray, FloatArray
 from ...kernels.chain import attach
 from ...kernels.kernel import kernel
 from ...models.contract import InputError
+from ...regression.problem import FitRun
 from ...regression.thinning import thinned
 from ...regression.threads import together
 from ..criteria import (
@@ -36,6 +37,8 @@ from ..criteria import (
     SHAPE_SPREAD_SHARE,
     UNLIKE_REFERENCE_RATIO,
 )
+from .carried import STEPS as MOVE_STEPS
+from .carried import carried_over
 from .placing import places_of_effect
 from .refit import STEPS, Fitted, Task, refit
 from .response import public
@@ -361,12 +364,14 @@ def offsets(
 
 
 def significant_nuisances(
-    fitted: Fitted, specs: Sequence[str], nuisances: Sequence[str]
-) -> dict[str, tuple[float, Fitted]]:
+    fitted: Fitted, specs: Sequence[str], nuisances: Sequence[str],
+    holdout: Sequence[FitRun] = (), held_out: FloatArray | None = None,
+) -> dict[str, tuple[float, Fitted]]:  # fmt: skip
     """Nuisance effects without which a fit gets clearly worse, and by more than the form of a model or of an effect.
 
     What is usual of good rigs is allowed for, unless reference runs show how much of it is usual of this one and it
-    removes a notable part, or next to nothing is left with it: then it must remove what any effect must.
+    removes a notable part, or next to nothing is left with it: then it must remove what any effect must. On measured
+    runs another curve of friction may stand for a lag; other motions tell them apart, if it is much there.
 
     Parameters
     ----------
@@ -375,6 +380,10 @@ def significant_nuisances(
         Specs to look at.
     nuisances : sequence of str
         All that are nuisance effects.
+    holdout : sequence of FitRun
+        Runs that were not fitted, if there are any.
+    held_out : ndarray, shape (channels,), or None
+        Mean square that the fit leaves of these; None without any.
 
     Returns
     -------
@@ -386,13 +395,21 @@ def significant_nuisances(
     of_any = np.maximum(CLEAN_EFFECT_SPREAD_SHARE * fitted.spread, np.maximum(of_effects, fitted.task.steps))
     usual = np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, np.maximum(of_any, fitted.task.discrepancy))
 
-    def little(less: Fitted) -> bool:  # not where the model cannot run: it has to be refitted
+    def removed(less: Fitted) -> FloatArray:  # RMS; nothing if less than is allowed for
         before, left = less.rmse**2, fitted.rmse**2
         known = nearly_removed(before, left)
         if fitted.task.reference_removal:
             known |= notably_removed(before, left, fitted.spread)
         least = np.where(known & (not after_reversal(spec, fitted.model)), of_any, usual)
-        return bool((_removed(less, fitted) <= least).all())
+        gone = _removed(less, fitted)
+        return gone if (gone > least).any() else np.zeros_like(gone)
+
+    def removed_elsewhere(less: Fitted, steps: int) -> FloatArray:  # the same of held-out runs
+        if held_out is None or after_reversal(spec, fitted.model) or sizes_as(effect_of(spec), "per run"):
+            return np.zeros_like(of_any)
+        before = carried_over(less, holdout, steps).mean_square
+        gone = np.sqrt(np.maximum(before - held_out, 0.0))
+        return np.where((before > UNLIKE_REFERENCE_RATIO**2 * held_out) & (gone > of_any), gone, 0.0)
 
     for spec in fitted.effects:
         if sizes_as(effect_of(spec), "per run") and spec not in fitted.released:
@@ -400,10 +417,10 @@ def significant_nuisances(
         if spec not in specs or float(fitted.share_of(spec).max()) < CLEAN_EFFECT_SPREAD_SHARE:
             continue
         replaced = without(fitted, spec)  # its place taken by the other parameters: a refit leaves no more
-        if little(replaced):
+        if not removed(replaced).any() and not removed_elsewhere(replaced, 0).any():
             continue
         less = refit_without(fitted, spec, nuisances)
-        if little(less):
+        if not removed(less).any() and not removed_elsewhere(less, MOVE_STEPS).any():
             continue
         for start in other_starts(fitted, (replaced.values, replaced.per_run)):
             with suppress(InputError):  # the model cannot run there
@@ -411,9 +428,10 @@ def significant_nuisances(
         added = [e for e in fitted.effects if e not in nuisances]
         if looks_like(spec, added) and not nearly_removed(less.rmse**2, fitted.rmse**2).any():
             continue  # beside what it hides behind it corrects the form of a law
-        if not little(less):
-            removed = _removed(less, fitted)
-            found[spec] = float(np.max(removed / np.maximum(fitted.spread, 1e-300))), less
+        gone = removed(less)
+        gone = gone if gone.any() else removed_elsewhere(less, MOVE_STEPS)
+        if gone.any():
+            found[spec] = float(np.max(gone / np.maximum(fitted.spread, 1e-300))), less
     return found
 
 
