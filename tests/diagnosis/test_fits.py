@@ -13,19 +13,12 @@ import pytest
 from tsm_fmu.diagnosis.choice.refits import _log_mean_square
 from tsm_fmu.diagnosis.fits.amounts import explained as amounts_of
 from tsm_fmu.diagnosis.fits.amounts import products
-from tsm_fmu.diagnosis.fits.nuisance import (
-    corrects_model_form,
-    nearly_removed,
-    offsets,
-    other_starts,
-    shrunk_nuisances,
-    unlike_references,
-    with_pooled_offsets,
-)
+from tsm_fmu.diagnosis.fits.nuisance import offsets, other_starts, shrunk_nuisances, with_pooled_offsets
 from tsm_fmu.diagnosis.fits.quantised import Levels, coarse, step_noise
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, _forgotten, effective_samples, refit
 from tsm_fmu.diagnosis.fits.response import Acting
 from tsm_fmu.diagnosis.fits.screening import _Bench, screen
+from tsm_fmu.diagnosis.fits.significance import corrects_model_form, nearly_removed, unlike_references
 from tsm_fmu.effects import sizes_of
 from tsm_fmu.kernels.chain import attach
 from tsm_fmu.kernels.kernel import kernel

@@ -13,19 +13,17 @@ from scipy.signal import lfilter
 from tsm_fmu.diagnosis.choice.hypotheses import can_leave_out, hypothesis, left_out_in_turn
 from tsm_fmu.diagnosis.criteria import CLEAN_EFFECT_SPREAD_SHARE, NOTABLE_RATIO, NUISANCE_SPREAD_SHARE
 from tsm_fmu.diagnosis.fits.nuisance import (
-    RemovedOnReference,
     best_refit,
     nuisance_specs,
     refit_with,
     refit_without,
     shrunk_nuisances,
-    significant_nuisances,
-    telling_nuisances,
     with_free_offsets,
     with_nuisances,
 )
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
 from tsm_fmu.diagnosis.fits.screening import screen
+from tsm_fmu.diagnosis.fits.significance import RemovedOnReference, significant_nuisances, telling_nuisances
 from tsm_fmu.kernels.chain import attach
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.problem import FitRun

@@ -14,8 +14,9 @@ from tsm_fmu.diagnosis.choice.hypotheses import Hypothesis, hypothesis
 from tsm_fmu.diagnosis.choice.patches import without_patches
 from tsm_fmu.diagnosis.choice.supported import Choice
 from tsm_fmu.diagnosis.criteria import SHAPE_SPREAD_SHARE
-from tsm_fmu.diagnosis.fits.nuisance import RemovedOnReference, nuisance_specs, with_nuisances
+from tsm_fmu.diagnosis.fits.nuisance import nuisance_specs, with_nuisances
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
+from tsm_fmu.diagnosis.fits.significance import RemovedOnReference
 from tsm_fmu.regression.problem import FitRun
 
 Rig = Callable[..., FitRun]

@@ -10,8 +10,9 @@ import pytest
 
 from tests.diagnosis.conftest import exponential
 from tsm_fmu.diagnosis.fits import takeover
-from tsm_fmu.diagnosis.fits.nuisance import refit_without, significant_nuisances
+from tsm_fmu.diagnosis.fits.nuisance import refit_without
 from tsm_fmu.diagnosis.fits.refit import Fitted, Task, refit
+from tsm_fmu.diagnosis.fits.significance import significant_nuisances
 from tsm_fmu.diagnosis.fits.takeover import without
 from tsm_fmu.regression.problem import FitRun
 

@@ -6,7 +6,7 @@ from ..choice.hypotheses import Hypothesis
 from ..choice.selection import Selection
 from ..choice.supported import log_residual
 from ..criteria import STRONGEST_RATIO
-from ..fits.nuisance import notably_removed, telling_nuisances
+from ..fits.significance import notably_removed, telling_nuisances
 from .verdict import Verdict
 
 

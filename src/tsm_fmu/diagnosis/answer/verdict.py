@@ -15,9 +15,10 @@ from ..choice.hypotheses import Hypothesis, left_out_in_turn, with_fit
 from ..choice.supported import Choice, indistinguishable, log_residual
 from ..criteria import EFFECT_SPREAD_SHARE, FAMILY_SHARE, IDLE_SPREAD_SHARE, MUCH_LESS_RATIO
 from ..evidence import FamilyShare
-from ..fits.nuisance import best_refit, is_play_before_friction, with_free_offsets
+from ..fits.nuisance import best_refit, with_free_offsets
 from ..fits.quantised import with_levels, with_read
 from ..fits.refit import Fitted
+from ..fits.significance import is_play_before_friction
 from .passivity import sign_notes
 
 

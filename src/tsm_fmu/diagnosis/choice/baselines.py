@@ -12,9 +12,10 @@ from ...regression.multistart import MultiStart
 from ...regression.problem import FitRun
 from ...regression.solver import SearchLog
 from ..criteria import LOST_SHARE
-from ..fits.nuisance import RemovedOnReference, nuisance_specs, with_nuisances
+from ..fits.nuisance import nuisance_specs, with_nuisances
 from ..fits.quantised import Levels, coarse, step_noise
 from ..fits.refit import Fitted, Task, as_given, refit
+from ..fits.significance import RemovedOnReference
 from .hypotheses import Hypothesis, hypothesis
 
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..fits.nuisance import corrects_model_form, nearly_removed, refit_without, shapes_reversals
+from ..fits.nuisance import refit_without
+from ..fits.significance import corrects_model_form, nearly_removed, shapes_reversals
 from .hypotheses import Hypothesis
 
 

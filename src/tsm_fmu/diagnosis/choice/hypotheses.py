@@ -25,15 +25,9 @@ from ..criteria import (
 from ..fits.carried import STEPS as MOVE_STEPS
 from ..fits.carried import carried_over, left_out, pooled
 from ..fits.disguise import disguised
-from ..fits.nuisance import (
-    best_refit,
-    corrects_model_form,
-    is_play_before_friction,
-    refit_without,
-    significant_nuisances,
-    unlike_references,
-)
+from ..fits.nuisance import best_refit, refit_without
 from ..fits.refit import Fitted
+from ..fits.significance import corrects_model_form, is_play_before_friction, significant_nuisances, unlike_references
 
 FOLD_STEPS = 6
 

@@ -26,9 +26,10 @@ from ..criteria import (
     RIVAL_COST_RATIO,
 )
 from ..fits.carried import STEPS as MOVE_STEPS
-from ..fits.nuisance import FIRST_STEPS, Start, begun_with, best_refit, is_play_before_friction, refit_with
+from ..fits.nuisance import FIRST_STEPS, Start, begun_with, best_refit, refit_with
 from ..fits.refit import Fitted
 from ..fits.screening import Screened
+from ..fits.significance import is_play_before_friction
 from ..fits.takeover import Place
 from .form import beside, with_shapes_beside
 from .hypotheses import Hypothesis, hypothesis, with_fit

@@ -34,8 +34,9 @@ from ..criteria import (
     PARAMETER_RATIO,
     REFERENCE_RATIO,
 )
-from ..fits.nuisance import nearly_removed, refit_without
+from ..fits.nuisance import refit_without
 from ..fits.refit import above_floor
+from ..fits.significance import nearly_removed
 from .hypotheses import Hypothesis, find_significant_nuisances, with_fit
 
 
