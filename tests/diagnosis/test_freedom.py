@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from tests.diagnosis.conftest import LEVEL, VISCOUS, exponential
 from tsm_fmu.diagnosis.choice.hypotheses import can_leave_out, hypothesis, left_out_in_turn
 from tsm_fmu.diagnosis.criteria import CLEAN_EFFECT_SPREAD_SHARE, NOTABLE_RATIO, NUISANCE_SPREAD_SHARE
 from tsm_fmu.diagnosis.fits.nuisance import (
@@ -32,6 +33,7 @@ DT, NOISE, TAU = 0.01, 0.004, 0.0231
 FREE = ("presliding_shape", "sensor_lag@F", "offset_drift@F")
 
 Rig = Callable[..., FitRun]
+Shape = Callable[[np.ndarray], np.ndarray]
 
 
 def lagged(y: np.ndarray, tau: float = TAU) -> np.ndarray:
@@ -121,6 +123,30 @@ def test_a_late_channel_that_is_nearly_all_that_is_left_need_not_be_later_than_i
     (removed, less) = significant_nuisances(with_nuisances(late, FREE), FREE, FREE)["sensor_lag@F"]
     assert CLEAN_EFFECT_SPREAD_SHARE < removed < NUISANCE_SPREAD_SHARE
     assert less.rmse[0] > 3.0 * 0.001
+
+
+def at_one_pace(seed: int, pace: float, tau: float, shape: Shape) -> FitRun:
+    """Strokes of other lengths to and fro, all at one speed: a late channel is late by one distance."""
+    rng, rows = np.random.default_rng(seed), 2600
+    counts = (rng.uniform(0.5, 0.9, rows) / pace / DT).astype(int) + 1
+    v = np.resize(np.repeat(pace * (-1.0) ** np.arange(rows), counts), rows)
+    force = LEVEL * shape(np.cumsum(v) * DT) + VISCOUS * v
+    force = (lagged(force, tau) if tau else force) + 0.002 * rng.normal(size=rows)
+    return FitRun(f"run{seed}", np.arange(rows) * DT, v[:, None], force[:, None])
+
+
+@pytest.mark.parametrize("pace", [0.21, 3.1])
+@pytest.mark.parametrize(("tau", "hyperbolic"), [(0.0231, False), (0.0103, False), (0.0, False), (0.0, True)])
+def test_runs_at_another_pace_tell_a_late_channel_from_another_curve_of_friction(
+    known: dict[str, float], hyperbola: Shape, tau: float, hyperbolic: bool, pace: float
+) -> None:
+    """At one speed the curve stands for the lag, and so it does on held-out runs of that speed."""
+    shape = hyperbola if hyperbolic else exponential
+    nuisances = with_nuisances(fitted([at_one_pace(seed, 1.07, tau, shape) for seed in (70, 71)], known), FREE)
+    for holdout in ([], [at_one_pace(80, 1.07, tau, shape)]):
+        assert "sensor_lag@F" not in hypothesis((), nuisances, FREE, holdout).tested
+    there = hypothesis((), nuisances, FREE, [at_one_pace(80, pace, tau, shape)]).tested
+    assert ("sensor_lag@F" in there) is (tau > 0.0)
 
 
 def test_where_nothing_is_late_no_nuisance_effect_removes_anything_beyond_noise(

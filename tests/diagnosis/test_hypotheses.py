@@ -125,9 +125,9 @@ def test_what_a_freedom_removes_is_found_once(task: Task, best: Hypothesis, monk
     asked: list[list[str]] = []
     real = module.significant_nuisances
 
-    def counted(fitted: Fitted, specs: list[str], nuisances: tuple[str, ...]) -> dict[str, tuple[float, Fitted]]:
+    def counted(fitted: Fitted, specs: list[str], *given: Any) -> dict[str, tuple[float, Fitted]]:
         asked.append(list(specs))
-        return real(fitted, specs, nuisances)
+        return real(fitted, specs, *given)
 
     monkeypatch.setattr(module, "significant_nuisances", counted)
     one = replace(hypothesis((), best.fitted, ("inertia",), []), form_corrections=())

@@ -65,14 +65,14 @@ def significant_nuisances(
     of_any = np.maximum(CLEAN_EFFECT_SPREAD_SHARE * fitted.spread, np.maximum(of_effects, fitted.task.steps))
     usual = np.maximum(NUISANCE_SPREAD_SHARE * fitted.spread, np.maximum(of_any, fitted.task.discrepancy))
 
-    def removed(less: Fitted) -> FloatArray:  # RMS; nothing if less than is allowed for
+    def removed(less: Fitted) -> FloatArray:  # RMS; nothing if no more than is allowed for, unless the model cannot run
         before, left = less.rmse**2, fitted.rmse**2
         known = nearly_removed(before, left)
         if fitted.task.reference_removal:
             known |= notably_removed(before, left, fitted.spread)
         least = np.where(known & (not after_reversal(spec, fitted.model)), of_any, usual)
         gone = _removed(less, fitted)
-        return gone if (gone > least).any() else np.zeros_like(gone)
+        return np.zeros_like(gone) if (gone <= least).all() else gone
 
     def removed_elsewhere(less: Fitted, steps: int) -> FloatArray:  # the same of held-out runs
         if held_out is None or after_reversal(spec, fitted.model) or sizes_as(effect_of(spec), "per run"):
