@@ -19,6 +19,7 @@ from ..fits.nuisance import best_refit, with_free_offsets
 from ..fits.quantised import with_levels, with_read
 from ..fits.refit import Fitted
 from ..fits.significance import is_play_before_friction
+from .causes import made_by_the_drive
 from .passivity import sign_notes
 
 
@@ -104,6 +105,11 @@ def verdict_of(
         common.remove(effect)
         others = [e for e in _other_laws_of_reversals(effect) if e not in nowhere]
         alternatives = tuple(dict.fromkeys((*alternatives, effect, *others)))
+    for spec in [s for s in winner.effects if id_of(s) in common]:
+        cause = made_by_the_drive(spec, refitted)
+        if cause is not None and cause not in nowhere:
+            common.remove(id_of(spec))
+            alternatives = tuple(dict.fromkeys((*alternatives, id_of(spec), cause)))
     named = tuple(s for s in (*winner.effects, *read) if id_of(s) in common)
     notes = (*sign_notes(final), *_unexplained_notes(floors, final.problem.channels))
     return Verdict("named" if named else "ambiguous", refitted, final, named, alternatives, notes)
