@@ -225,6 +225,21 @@ def test_levels_are_read_through_noise_behind_the_converter(rig: Rig, blur: floa
     assert (found.y_0 / found.q + 0.5) % 1.0 - 0.5 == pytest.approx(0.0, abs=2e-3)
 
 
+@pytest.mark.parametrize("held", [1, 7, 40])
+def test_noise_behind_the_converter_may_stand_still_or_repeat_in_few_digits(rig: Rig, held: int) -> None:
+    """A slow line: of the values of one level many are equal, and no two of them tell how far levels are apart."""
+    q, rng = 0.0731, np.random.default_rng(5117)
+    runs = [rig(seed) for seed in (64, 65)]
+    slow = [np.repeat(rng.normal(size=(run.time.size // held + 1, 1)), held, axis=0)[: run.time.size] for run in runs]
+    runs = [
+        replace(run, targets=np.round(q * np.round(run.targets / q) + 4e-3 * q * noise, 4))
+        for run, noise in zip(runs, slow, strict=True)
+    ]
+    assert len(np.unique([run.targets for run in runs])) < 0.1 * sum(run.time.size for run in runs)
+    (found,) = coarse(runs, ["F"], np.array([0.7]))
+    assert found.q == pytest.approx(q, rel=1e-3)
+
+
 def test_one_run_that_blurs_its_levels_more_does_not_hide_those_of_others(rig: Rig) -> None:
     """As a logger that interpolates: some values lie between two levels, and no gap between levels stands apart."""
     q, rng = 0.0731, np.random.default_rng(5116)

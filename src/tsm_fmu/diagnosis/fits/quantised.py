@@ -101,11 +101,11 @@ def without_blur(y: FloatArray) -> FloatArray:
     """
     order = np.argsort(y, kind="stable")
     gaps = np.diff(y[order])
-    ranked = np.sort(gaps)[::-1]
-    most = y.size // VALUES_OF_A_LEVEL
+    ranked = np.sort(gaps[gaps > 0.0])[::-1]  # equal values, of a stand-still in a log of few digits, are no two
+    most = min(y.size // VALUES_OF_A_LEVEL, ranked.size - 1)
     if most < 2:
         return y
-    falls = ranked[1:most] / np.maximum(ranked[2 : most + 1], 1e-200)
+    falls = ranked[1:most] / ranked[2 : most + 1]
     between = int(np.argmax(falls)) + 2  # gaps: three levels or more, as of two any values make a pair
     if falls[between - 2] < LEVEL_GAP_RATIO:
         return y
