@@ -195,3 +195,12 @@ def test_fresh_cases_give_no_more_wrong_names_than_chance(tmp_path: Path, capsys
     assert printed.startswith("seed ")
     assert f"commit {commit() or 'unknown'}" in printed
     assert len(json.loads((tmp_path / "ours" / "outcomes.json").read_text())) == 4
+
+
+def test_a_folder_with_other_cases_is_not_drawn_into(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "note").write_text("older")
+    for place in (tmp_path, tmp_path / "note"):
+        with pytest.raises(SystemExit) as ended:
+            main(["--author", "ours", "--cases", "1", "--out", str(place)])
+        assert ended.value.code == 2
+        assert f"--out {place} -- expected an empty folder" in capsys.readouterr().err

@@ -33,6 +33,8 @@ def main(words: list[str] | None = None) -> int:
     home = generator_of(chosen.generator)
     if home is None and chosen.generator:
         parser.error(f"--generator {chosen.generator} -- expected a folder with rigs.py")
+    if chosen.out is not None and chosen.out.exists() and (chosen.out.is_file() or any(chosen.out.iterdir())):
+        parser.error(f"--out {chosen.out} -- expected an empty folder: logs of another seed would be among these")
     seed = fresh_seed() if chosen.seed is None else chosen.seed
     freshness = "fresh" if chosen.seed is None else "given: burnt if it was looked at"
     print(f"seed {seed} ({freshness}), commit {commit() or 'unknown'}", flush=True)
