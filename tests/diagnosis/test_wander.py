@@ -6,14 +6,15 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from tests.diagnosis.conftest import exponential
+from tsm_fmu.diagnosis.answer import wander as module
 from tsm_fmu.diagnosis.answer.candidates import steps_of
-from tsm_fmu.diagnosis.answer.wander import explained_by_zeros, offsets_of, with_free_zeros
+from tsm_fmu.diagnosis.answer.wander import explained_by_zeros, offsets_of, with_free_zeros, zeros_that_wander
 from tsm_fmu.diagnosis.choice.floors import Floors
 from tsm_fmu.diagnosis.choice.selection import Selection
 from tsm_fmu.diagnosis.criteria import WANDERING_SPREAD_SHARE
@@ -176,6 +177,33 @@ def test_what_was_named_is_named_beside_zeros_that_wander(before: Any, after: An
     assert (explained_by_zeros(free, named, {"tau_in"}) is not None) == kept
     taken_away = chosen(before, (1.0, 0.5), (False, True), answer=False)
     assert explained_by_zeros(free, taken_away, {"tau_in"}) is not None, "nothing was named"
+
+
+@pytest.mark.parametrize(("hides", "answer", "found"), [(False, True, True), (True, False, True), (True, True, False)])
+def test_without_an_answer_a_zero_is_looked_for_behind_a_law_with_a_memory_too(
+    monkeypatch: pytest.MonkeyPatch, hides: bool, answer: bool, found: bool
+) -> None:
+    """Such a law follows part of a zero; one that is named is not asked what the model leaves without it."""
+    where = places()
+    whole = left_by(lambda p, k: wander(p.time, k), where)
+    less = left_by(lambda p, k: wander(p.time, k) * np.sign(p.v), where) if hides else whole
+    monkeypatch.setattr(module, "places_of", lambda _: where)
+    monkeypatch.setattr(module, "coordinate_units", lambda _: ("m", "N"))
+
+    def leaving(residuals: list[np.ndarray]) -> Any:
+        fitted = SimpleNamespace(
+            residuals=residuals, spread=np.array([SPREAD]), problem=SimpleNamespace(kernel=None), at=lambda _: fitted
+        )
+        return SimpleNamespace(fitted=fitted)
+
+    still = np.array([not answer])
+    floors = Floors(np.zeros(1), np.zeros(1), None, np.array([True]), still, in_part=answer)
+    baselines: Any = SimpleNamespace(with_nuisances=leaving(whole))
+    choice: Any = SimpleNamespace(best=leaving(less))
+    zeros = zeros_that_wander(
+        Selection(baselines, (), choice, floors), cast("Any", SimpleNamespace(channels=("F",), measured=()))
+    )
+    assert list(zeros) == (["F"] if found else [])
 
 
 def test_steps_to_an_answer_begin_with_the_zeros_that_wander() -> None:

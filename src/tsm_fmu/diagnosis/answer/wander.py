@@ -26,17 +26,21 @@ OFFSET = next(module for module in EFFECTS if module.ABOUT.fitted_as == "offset"
 def zeros_that_wander(one: Selection, runs: PreparedRuns) -> dict[str, Wander]:
     """Zeros that wander in what the best hypothesis leaves of channels in which something is open.
 
+    Or, where there is no answer, in what the model without effects leaves: laws with a memory follow part of a zero.
+
     Parameters
     ----------
     one : Selection
     runs : PreparedRuns
     """
-    best = one.choice.best.fitted.at(runs.measured)
-    found = wandering_zeros(
-        runs.channels, best.residuals, places_of(best), best.spread, coordinate_units(best.problem.kernel)
-    )
     still_open = dict(zip(runs.channels, one.floors.open_ | one.floors.unexplained, strict=True))
-    return {c: wander for c, wander in found.items() if still_open[c]}
+    for hypothesis in (one.choice.best, *([one.baselines.with_nuisances] if one.floors.without_answer else [])):
+        left = hypothesis.fitted.at(runs.measured)
+        units = coordinate_units(left.problem.kernel)
+        found = wandering_zeros(runs.channels, left.residuals, places_of(left), left.spread, units)
+        if wanders := {c: wander for c, wander in found.items() if still_open[c]}:
+            return wanders
+    return {}
 
 
 def slow_parts(refitted: Fitted, runs: PreparedRuns) -> tuple[FamilyShare, ...]:
