@@ -24,8 +24,9 @@ AFTER_REVERSALS = [m.NAME for m in EFFECTS if m.ABOUT.after_reversal and m.ABOUT
 def said(monkeypatch: pytest.MonkeyPatch):
     def fit(read: Collection[str] = ()) -> Any:
         one: Any = SimpleNamespace(
-            problem=SimpleNamespace(channels=("F",)), effects=("creep",), task=SimpleNamespace(fixed=("sigma1",))
-        )
+            model="LuGreFriction", problem=SimpleNamespace(channels=("F",)), effects=("creep",),
+            task=SimpleNamespace(fixed=("sigma1",)),
+        )  # fmt: skip
         one.not_kept = lambda fixed: SimpleNamespace(**vars(one), read=read, kept=fixed)
         return one
 
