@@ -41,7 +41,7 @@ def warming(v: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def logged(seed: int, warmth: Warmth, beta: float = 0.0) -> Record:
-    """Strokes with rests of seconds; Dahl friction that thins with warmth, which the thermometer reads to 0.05 K."""
+    """Strokes with rests of seconds; Dahl friction that thins with warmth, which the thermometer reads to 0.1 K."""
     rng, t = np.random.default_rng(seed), np.arange(float(ROWS)) * DT
     moving = np.repeat(rng.random(ROWS // 250) < 0.6, 250)
     v = moving * (1.1 * np.sin(2 * np.pi * 0.61 * t) + 0.4 * np.sin(2 * np.pi * 1.31 * t + 6.0 * rng.random()))

@@ -223,7 +223,7 @@ def test_sizes_of_a_drive_that_stands_still_are_one() -> None:
 )
 def test_so_many_shapes_are_tried_all_within_their_ranges(responses: Responses, effect: str, count: int) -> None:
     attached = attach(kernel("TendonDrive"), effect)
-    found, shapes = responses.shapes(attached.module), shapes_of(attached.module)
+    found, shapes = responses.extent.shapes(attached.module), shapes_of(attached.module)
     assert len(found) == count
     assert all(set(one) == set(shapes) for one in found)
     for name, shape in shapes.items():
@@ -271,7 +271,7 @@ def test_a_size_goes_half_of_the_way_to_its_bound(effect: str, name: str, most: 
 @pytest.mark.parametrize("attached", TRIED, ids=lambda a: a.spec)
 def test_what_grows_with_its_size_at_one_shape_does_at_all(responses: Responses, attached: Attached) -> None:
     acting = responses.acting(attached)
-    for shape in responses.shapes(attached.module)[:21]:
+    for shape in responses.extent.shapes(attached.module)[:21]:
         found, steps = acting.columns([shape])
         alone, of_its_own = responses.acting(attached).columns([shape])  # which has seen no shape before
         assert (steps == of_its_own).all()
@@ -281,7 +281,7 @@ def test_what_grows_with_its_size_at_one_shape_does_at_all(responses: Responses,
 
 @pytest.mark.parametrize("attached", TRIED, ids=lambda a: a.spec)
 def test_shapes_looked_at_together_are_those_looked_at_one_by_one(responses: Responses, attached: Attached) -> None:
-    acting, shapes = responses.acting(attached), responses.shapes(attached.module)[:7]
+    acting, shapes = responses.acting(attached), responses.extent.shapes(attached.module)[:7]
     together, steps = acting.columns(shapes)
     assert together.shape[:2] == steps.shape == (len(shapes), len(sizes_of(attached.module)))
     for shape, found, step in zip(shapes, together, steps, strict=True):

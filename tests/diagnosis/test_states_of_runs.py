@@ -138,10 +138,10 @@ def test_states_are_declared_in_the_scale_of_the_runs() -> None:
     bench = _Bench(base)
     one = attach(kernel("LuGreFriction"), "wear")
     travel = max(float(np.sum(np.abs(np.diff(c.x)))) for c in bench.responses.signals)
-    assert [s["X_0"] for s in bench.responses.states(one.module)] == pytest.approx(
+    assert [s["X_0"] for s in bench.responses.extent.starts(one.module)] == pytest.approx(
         [share * travel for share in (0.0, 0.1, 0.3, 1.0, 3.0)]
     )
-    assert bench.responses.states(attach(kernel("LuGreFriction"), "inertia").module) == [{}]
+    assert bench.responses.extent.starts(attach(kernel("LuGreFriction"), "inertia").module) == [{}]
     limits = bench.responses.limits(bench.responses.acting(one))
     assert limits["wear.X_0"] == pytest.approx((0.0, 3.0 * travel * SHAPE_RANGE_RATIO))
     assert public(one, "X_0") == "wear.X_0"

@@ -194,7 +194,7 @@ def test_without_an_answer_a_zero_is_looked_for_behind_a_law_with_a_memory_too(
         fitted = SimpleNamespace(
             residuals=residuals, spread=np.array([SPREAD]), problem=SimpleNamespace(kernel=None), at=lambda _: fitted
         )
-        return SimpleNamespace(fitted=fitted)
+        return SimpleNamespace(fitted=fitted, added=("creep",))
 
     still = np.array([not answer])
     floors = Floors(np.zeros(1), np.zeros(1), None, np.array([True]), still, in_part=answer)

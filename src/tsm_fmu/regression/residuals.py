@@ -74,6 +74,11 @@ def noise_floor(run: FitRun) -> FloatArray | None:
     return np.sqrt(np.mean(folded.var(axis=0, ddof=1), axis=0))
 
 
+def mean_square_beside(columns: FloatArray, y: FloatArray) -> float:
+    """Mean square of a signal, shape (n,), that columns, shape (n, k), do not make, each as large as fits best."""
+    return float(np.mean((y - columns @ np.linalg.lstsq(columns, y)[0]) ** 2))
+
+
 def rms(residuals: Sequence[FloatArray]) -> FloatArray:
     """Root mean square over the samples of all runs, by channel; infinite where they are too large to be squared."""
     with np.errstate(over="ignore"):

@@ -7,16 +7,17 @@ what is measured, the effect that follows the column and the one that has such a
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import product
 
 import numpy as np
+from scipy.linalg import block_diag
 
-from ...effects import about, effect_of, shapes_of, sizes_of, starts_of
+from ...effects import about, effect_of, sizes_of, starts_of
 from ...kernels.arrays import FloatArray
 from ...kernels.chain import attach
 from ...kernels.kernel import Kernel, kernel
+from ...regression.residuals import mean_square_beside
 from ..criteria import EXPLAINED_SHARE, MUCH_LESS_RATIO
-from ..fits.extent import Extent, quantiles
+from ..fits.extent import Extent
 from ..fits.refit import Fitted
 from ..fits.response import places_of
 from ..runs.motion_signals import Coordinates
@@ -59,28 +60,18 @@ def _shares(effect: str, column: Sequence[FloatArray], signals: Sequence[Coordin
     module = effect_of(effect)
     alone, extent = Kernel(module), Extent(signals)
     names = [v.name for v in alone.inputs]
-    if any(name != "y" and getattr(signals[0], name, None) is None for name in names):
+    if any(n != "y" and getattr(signals[0], n, None) is None for n in names):
         return
-    size = next(iter(sizes_of(module).items()))
-    tries = product(*([min(x), max(x)] for x in map(extent.states, starts_of(module).values())))
-    starts = [dict(zip(starts_of(module), values, strict=True)) for values in tries]
+    name, role = next(iter(sizes_of(module).items()))
+    starts = extent.starts(module)
     inputs = [np.column_stack([np.ones(c.time.size) if n == "y" else getattr(c, n) for n in names]) for c in signals]
     within = np.concatenate([y - y.mean() for y in column])
-    edges = np.cumsum([0, *(y.size for y in column)])
-    for row in quantiles(module):
-        shape = {n: extent.at_quantile(s, float(q)) for (n, s), q in zip(shapes_of(module).items(), row, strict=True)}
-        p = [alone.params(None, {size[0]: size[1].first, **shape, **start}) for start in (starts[0], starts[-1])]
+    for shape in extent.shapes(module):
+        p = [alone.params(None, {name: role.first, **shape, **start}) for start in (starts[0], starts[-1])]
         made = [[alone.simulate(one, c.time, u)[:, 0] for one in p] for c, u in zip(signals, inputs, strict=True)]
-        own = np.zeros((edges[-1], 2 * len(column)))
-        for k, (first, last) in enumerate(made):
-            own[edges[k] : edges[k + 1], 2 * k] = 1.0
-            own[edges[k] : edges[k + 1], 2 * k + 1] = (last - first) / size[1].first
-        state = np.concatenate([first - 1.0 for first, _ in made]) / size[1].first
-        left, of_starts = (_left(within, basis) for basis in (np.column_stack([own, state]), own))
+        each = [np.column_stack([np.ones(first.size), (last - first) / role.first]) for first, last in made]
+        own = np.asarray(block_diag(*each), dtype=float)
+        state = np.concatenate([first - 1.0 for first, _ in made]) / role.first
+        left, of_starts = (mean_square_beside(columns, within) for columns in (np.column_stack([own, state]), own))
         if left < MUCH_LESS_RATIO * of_starts:
-            yield 1.0 - left / float(within @ within)
-
-
-def _left(y: FloatArray, basis: FloatArray) -> float:
-    """Sum of squares of a signal beside columns."""
-    return float(np.sum((y - basis @ np.linalg.lstsq(basis, y)[0]) ** 2))
+            yield 1.0 - left / float(np.mean(within**2))

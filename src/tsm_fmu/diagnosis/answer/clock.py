@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...effects import about, effect_of, place_of
-from ...kernels.arrays import FloatArray
 from ...kernels.kernel import Kernel
+from ...regression.residuals import mean_square_beside
 from ..choice.supported import Choice
 from ..criteria import FIT_SPREAD_SHARE, MUCH_LESS_RATIO
 from ..fits.refit import Fitted
@@ -36,16 +36,11 @@ def slow_clocks(fitted: Fitted) -> dict[str, float]:
             columns.append(np.stack([speed, way, since * speed, since * way], axis=1))
             left.append(residual[:, c])
         every, y = np.concatenate(columns), np.concatenate(left)
-        constant, later, wider = (_left_by(every[:, kept], y) for kept in ([0, 1], [0, 1, 2], [0, 1, 3]))
+        constant, later, wider = (mean_square_beside(every[:, kept], y) for kept in ([0, 1], [0, 1, 2], [0, 1, 3]))
         told = constant - later > (FIT_SPREAD_SHARE * fitted.spread[c]) ** 2
         if told and later < MUCH_LESS_RATIO * min(constant, wider):
             found[channel] = float(-np.linalg.lstsq(every[:, :3], y)[0][2])
     return found
-
-
-def _left_by(columns: FloatArray, y: FloatArray) -> float:
-    """Mean square of a signal beside columns."""
-    return float(np.mean((y - columns @ np.linalg.lstsq(columns, y)[0]) ** 2))
 
 
 def clock_runs_slow(choice: Choice) -> bool:

@@ -34,7 +34,8 @@ def zeros_that_wander(one: Selection, runs: PreparedRuns) -> dict[str, Wander]:
     runs : PreparedRuns
     """
     still_open = dict(zip(runs.channels, one.floors.open_ | one.floors.unexplained, strict=True))
-    for hypothesis in (one.choice.best, *([one.baselines.with_nuisances] if one.floors.without_answer else [])):
+    best, plain = one.choice.best, one.baselines.with_nuisances
+    for hypothesis in (best, plain) if one.floors.without_answer and best.added else (best,):
         left = hypothesis.fitted.at(runs.measured)
         units = coordinate_units(left.problem.kernel)
         found = wandering_zeros(runs.channels, left.residuals, places_of(left), left.spread, units)

@@ -38,8 +38,10 @@ def rivals(choice: Choice, hypotheses: Sequence[Hypothesis], reference_fit: Fitt
         return found
     known = [_ids(h) for h in choice.supported]
     for h in sorted(hypotheses, key=lambda h: log_gain(h, one)):
+        if log_gain(h, one) >= np.log(RIVAL_RATIO):
+            break
         alike = len(h.missing) == len(one.missing) and h.parameter_count <= one.parameter_count
-        if not alike or log_gain(h, one) >= np.log(RIVAL_RATIO) or h.disguised or not _closes_half(h, one, plain):
+        if not alike or h.disguised or not _closes_half(h, one, plain):
             continue
         if len(h.effects) == len(one.effects) and _ids(h) not in known:
             known.append(_ids(h))

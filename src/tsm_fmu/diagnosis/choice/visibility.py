@@ -110,7 +110,7 @@ class _Compared:
         """RMS by channel, over the spread, that the runs would show of the effect; whether the baseline has it."""
         found, beyond = [], []
         ordinarily, in_these = self.in_ordinary_use.acting(one), self.in_runs.acting(one)
-        shapes = self.in_ordinary_use.shapes(one.module)[:SHAPES]  # a median needs no more
+        shapes = self.in_ordinary_use.extent.shapes(one.module)[:SHAPES]  # a median needs no more
         ordinary_use, steps = ordinarily.columns(shapes)
         in_runs, _ = in_these.columns(shapes, steps)
         left = self.in_runs.outside(in_runs), self.in_ordinary_use.outside(ordinary_use)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import product
 from types import ModuleType
 
 import numpy as np
 from scipy.stats import qmc
 
-from ...effects import shapes_of
+from ...effects import shapes_of, starts_of
 from ...effects.about import Scale, Shape, Start
 from ...kernels.arrays import FloatArray
 from ..criteria import SHAPE_RANGE_RATIO, WIDTH_RATIO
@@ -65,6 +66,20 @@ class Extent:
             of_stroke = shape.scale in ("position", "centre")
             return self.lowest + (self.highest - self.lowest) * share if of_stroke else share
         return self.scales.get(shape.scale, 1.0) * shape.lo * (shape.hi / shape.lo) ** q
+
+    def shapes(self, module: ModuleType) -> list[dict[str, float]]:
+        """Values of an effect's shape parameters: spread over what these runs could show."""
+        return [self.shape_at(module, row) for row in quantiles(module)]
+
+    def shape_at(self, module: ModuleType, quantiles: Sequence[float]) -> dict[str, float]:
+        """Values of an effect's shape parameters at quantiles of their ranges."""
+        shapes = shapes_of(module).items()
+        return {n: self.at_quantile(shape, float(q)) for (n, shape), q in zip(shapes, quantiles, strict=True)}
+
+    def starts(self, module: ModuleType) -> list[dict[str, float]]:
+        """Values of an effect's states at the start of a run to begin from; a single, empty one where it has none."""
+        starts = starts_of(module)
+        return [dict(zip(starts, values, strict=True)) for values in product(*map(self.states, starts.values()))]
 
     def quantile_of_turn(self, shape: Shape, size: float) -> float:
         """Quantile of the range of a shape parameter that is the length of a turn, for a turn of this size."""

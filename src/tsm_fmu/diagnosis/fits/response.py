@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from copy import copy
-from itertools import pairwise, product
-from types import ModuleType
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +20,7 @@ from ...models.contract import flat
 from ...regression.sensitivity import output_jacobian
 from ..criteria import SHAPE_RANGE_RATIO
 from ..runs.motion_signals import Coordinates, coordinates_of, load_channel
-from .extent import Extent, quantiles
+from .extent import Extent
 from .refit import Fitted
 
 SIMULATED_ROWS = 500_000
@@ -93,21 +92,6 @@ class Responses:
         """What of columns, along the last axis, the free parameters of the fit cannot imitate."""
         imitated = (columns @ self.basis) @ self.basis.T
         return np.subtract(columns, imitated, out=imitated)
-
-    def shapes(self, module: ModuleType) -> list[dict[str, float]]:
-        """Values of an effect's shape parameters: spread over what these runs could show."""
-        return [self.shape_at(module, row) for row in quantiles(module)]
-
-    def shape_at(self, module: ModuleType, quantiles: Sequence[float]) -> dict[str, float]:
-        """Values of an effect's shape parameters at quantiles of their ranges."""
-        shapes = shapes_of(module).items()
-        return {n: self.extent.at_quantile(shape, float(q)) for (n, shape), q in zip(shapes, quantiles, strict=True)}
-
-    def states(self, module: ModuleType) -> list[dict[str, float]]:
-        """Values of an effect's states at the start of a run to begin from; a single, empty one where it has none."""
-        starts = starts_of(module).items()
-        tries = [self.extent.states(start) for _, start in starts]
-        return [dict(zip((n for n, _ in starts), values, strict=True)) for values in product(*tries)]
 
     def tries(self, acting: Acting) -> list[dict[str, float]]:
         """Sizes of an effect on the motion that a search begins from too, by public name."""

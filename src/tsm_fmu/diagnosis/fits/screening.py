@@ -221,7 +221,7 @@ class _Bench:
     def _tried(self, acting: Acting, at: FloatArray) -> list[_Tried]:
         """An effect at several shapes, by the quantiles of their ranges."""
         module, found = acting.attached.module, []
-        sizes, states = list(sizes_of(module)), self.responses.states(module)
+        sizes, states = list(sizes_of(module)), self.responses.extent.starts(module)
         bounds = [acting.effect.by_name[n].quantity for n in sizes]
         signed = np.array([one.lo < 0.0 for one in bounds])
         # what falls from run to run with some states rises with others, and no descent goes from these to those
@@ -235,7 +235,7 @@ class _Bench:
             return {names[n]: v for n, v in values.items()}, {names[n]: v for n, v in each.items()}
 
         for few in np.array_split(at, math.ceil(len(at) * len(sizes) * len(states) / COLUMNS)):
-            shapes = [self.responses.shape_at(module, one) for one in few]
+            shapes = [self.responses.extent.shape_at(module, one) for one in few]
             columns, steps = acting.columns([{**shape, **states[0]} for shape in shapes])
             others = [acting.columns([{**shape, **state} for shape in shapes], steps)[0] for state in states[1:]]
             by_state = side_by_side([columns, *others])

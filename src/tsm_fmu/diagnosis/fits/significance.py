@@ -81,16 +81,21 @@ def significant_nuisances(
         gone = np.sqrt(np.maximum(before - held_out, 0.0))
         return np.where((before > UNLIKE_REFERENCE_RATIO**2 * held_out) & (gone > of_any), gone, 0.0)
 
+    def gone(less: Fitted, steps: int) -> FloatArray:
+        here = removed(less)
+        return here if here.any() else removed_elsewhere(less, steps)
+
     for spec in fitted.effects:
         if sizes_as(effect_of(spec), "per run") and spec not in fitted.released:
             continue  # the zeros of runs: only one that moves within a run is an effect
         if spec not in specs or float(fitted.share_of(spec).max()) < CLEAN_EFFECT_SPREAD_SHARE:
             continue
         replaced = without(fitted, spec)  # its place taken by the other parameters: a refit leaves no more
-        if not removed(replaced).any() and not removed_elsewhere(replaced, 0).any():
+        if not gone(replaced, 0).any():
             continue
-        less = refit_without(fitted, spec, nuisances)
-        if not removed(less).any() and not removed_elsewhere(less, MOVE_STEPS).any():
+        less = first = refit_without(fitted, spec, nuisances)
+        of_less = gone(first, MOVE_STEPS)
+        if not of_less.any():
             continue
         for start in other_starts(fitted, (replaced.values, replaced.per_run)):
             with suppress(InputError):  # the model cannot run there
@@ -98,10 +103,9 @@ def significant_nuisances(
         added = [e for e in fitted.effects if e not in nuisances]
         if looks_like(spec, added) and not nearly_removed(less.rmse**2, fitted.rmse**2).any():
             continue  # beside what it hides behind it corrects the form of a law
-        gone = removed(less)
-        gone = gone if gone.any() else removed_elsewhere(less, MOVE_STEPS)
-        if gone.any():
-            found[spec] = float(np.max(gone / np.maximum(fitted.spread, 1e-300))), less
+        of_less = of_less if less is first else gone(less, MOVE_STEPS)
+        if of_less.any():
+            found[spec] = float(np.max(of_less / np.maximum(fitted.spread, 1e-300))), less
     return found
 
 
