@@ -180,7 +180,7 @@ def pooled(weights: dict[str, float], centres: dict[str, float]) -> tuple[Proble
 )
 def test_pooled_values_cost_the_square_of_their_distance_beside_the_residuals(weights, centres, expected) -> None:
     problem, table = pooled(weights, centres)
-    assert problem.pooling_residual(table) == pytest.approx(expected, abs=1e-12)
+    assert problem.penalties(table) == pytest.approx(expected, abs=1e-12)
     rest = sum(float(r @ r) for r in problem.residuals(list(enumerate(table))))
     assert problem.cost(table) == pytest.approx(rest + sum(e**2 for e in expected), rel=1e-12)
 

@@ -174,7 +174,7 @@ class Objective:
         if point is None:
             few[0] = np.inf
         else:
-            pooled = self.problem.pooling_residual(point.table)
+            pooled = self.problem.penalties(point.table)
             few[0] = np.linalg.norm(np.concatenate([point.residual, pooled]))
         return few
 
@@ -186,8 +186,8 @@ class Objective:
         moves = [self._moved(q, point, group) for group in self.variables.groups]
         self.log.simulated(len(moves) * len(self.problem.runs))
         columns = finite_differences(self.problem.residuals, point.residuals, moves, q.size)
-        still = self.problem.pooling_residual(point.table)
-        columns = np.vstack([point.reduced(columns), self._pooling_slopes(q, still)])
+        still = self.problem.penalties(point.table)
+        columns = np.vstack([point.reduced(columns), self._penalty_slopes(q, still)])
         return triangle(np.concatenate([point.residual, still]), columns)
 
     def _step(self, q: FloatArray) -> FloatArray:
@@ -203,13 +203,14 @@ class Objective:
         columns = group * len(table) if self.variables.axes[group[0]].run is None else group
         return Perturbation(table, steps[columns], columns)
 
-    def _pooling_slopes(self, q: FloatArray, still: FloatArray) -> FloatArray:
-        """Derivatives of `Problem.pooling_residual`, in which one run's value acts on the rows of all."""
+    def _penalty_slopes(self, q: FloatArray, still: FloatArray) -> FloatArray:
+        """Derivatives of `Problem.penalties`, in which one value acts on the rows of others."""
         found = np.zeros((still.size, q.size))
-        for i in [i for i, axis in enumerate(self.variables.axes) if axis.run is not None and still.size]:
+        own = self.problem.known is None  # without a prior only what each run has of its own costs anything
+        for i in [i for i, axis in enumerate(self.variables.axes) if still.size and not (own and axis.run is None)]:
             moved, step = q.copy(), self._step(q)[i]
             moved[i] += step
-            found[:, i] = (self.problem.pooling_residual(self.variables.table(moved)) - still) / step
+            found[:, i] = (self.problem.penalties(self.variables.table(moved)) - still) / step
         return found
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,9 @@ from ..models.contract import Condition, Variable
 from .search_space import SearchSpace
 from .slow_zero import SlowZero
 from .threads import on_shared_threads
+
+if TYPE_CHECKING:
+    from .prior import Prior
 
 MAX_ROWS = 40_000
 """Rows of the optimiser's residual; longer data are averaged over blocks (every sample is still simulated)."""
@@ -184,6 +187,8 @@ class Problem:
         or from the value given here.
     kept : tuple of Condition
         Joint conditions that a fit keeps, beside those of the model.
+    prior : Prior, optional
+        What a fit to other runs says of shared parameters.
     """
 
     kernel: Kernel
@@ -194,6 +199,7 @@ class Problem:
     pooling: Mapping[str, float] = field(default_factory=dict)
     centres: Mapping[str, float] = field(default_factory=dict)
     kept: tuple[Condition, ...] = ()
+    prior: Prior | None = None
 
     def __post_init__(self) -> None:
         if not self.weights.size:
@@ -298,19 +304,38 @@ class Problem:
         many = sum(self._rows[k] for k, _ in points) >= PARALLEL_ROWS
         return self._by_pieces(self._residuals, points, on_shared_threads if many else map)
 
-    def pooling_residual(self, table: FloatArray) -> FloatArray:
-        """Weighted distances of the runs' values from their centre, one pooled parameter after the other."""
+    def penalties(self, table: FloatArray) -> FloatArray:
+        """What values cost beside the residuals: the pooled ones by run, then those that a prior knows.
+
+        Weighted distances of the runs' values from their centre, one pooled parameter after the other; and rows whose
+        sum of squares is what the values cost other runs.
+        """
         found = [np.empty(0)]
         for f in (f for f in self.per_run if self.pooling.get(f, 0.0) > 0.0):
             values = table[:, self.fields.index(f)]
             found.append(self.pooling[f] * (values - self.centres.get(f, values.mean())))
+        if self.known is not None:
+            at = [self.fields.index(f) for f in self.known.fields]
+            found.append(self._prior_rows @ self.known.distances(table[0, at]))
         return np.concatenate(found)
+
+    @cached_property
+    def known(self) -> Prior | None:
+        """What the prior says of the parameters here; those of others are anywhere."""
+        if self.prior is None:
+            return None
+        found = self.prior.only(self.fields)
+        return found if found.fields else None
+
+    @cached_property
+    def _prior_rows(self) -> FloatArray:
+        return self.known.rows(self.weights) if self.known is not None else np.empty((0, 0))
 
     def cost(self, table: FloatArray) -> float:
         """Sum of squares of all residuals; infinite where the model fails."""
         with np.errstate(over="ignore"):
             total = sum(float(np.sum(r**2)) for r in self.residuals(list(enumerate(table))))
-            total += float(np.sum(self.pooling_residual(table) ** 2))
+            total += float(np.sum(self.penalties(table) ** 2))
         return total if np.isfinite(total) else np.inf
 
     def _residuals(self, points: Points) -> list[FloatArray]:

@@ -47,11 +47,11 @@ class Eliminated:
         linear : frozenset of str
             From `linearity.linear_parameters`.
         constrained : bool
-            A bound or a joint condition holds the shared ones: none of them is eliminated.
+            A bound or a joint condition holds the shared ones: none of them is eliminated, nor with a prior.
         """
         unbounded = (f for f in problem.per_run if math.isinf(problem.space[f].lo) and math.isinf(problem.space[f].hi))
         return cls(
-            () if constrained else tuple(f for f in problem.shared if f in linear),
+            () if constrained or problem.prior else tuple(f for f in problem.shared if f in linear),
             tuple(f for f in unbounded if f in linear and f not in problem.pooling),
         )
 
