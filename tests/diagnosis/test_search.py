@@ -73,7 +73,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[tuple[str, ...]]]:
 
 def searched(reference: Any = None) -> list[Hypothesis]:
     start: Any = made(())
-    baselines: Any = SimpleNamespace(with_nuisances=start, refitted=start, reference=reference)
+    baselines: Any = SimpleNamespace(with_nuisances=start, refitted=start, reference=reference, joint=None)
     return Search(kernel("LuGreFriction"), baselines, (), lambda _: None).hypotheses()
 
 
@@ -111,7 +111,7 @@ def test_what_hides_behind_a_nuisance_effect_that_would_be_named_takes_its_place
     for name, stub in (("screen", screened), ("refit_candidates", refitted), ("choice_of", lambda *_: one)):
         monkeypatch.setattr(module, name, stub)
     monkeypatch.setattr(module, "candidate_places", lambda *_: possible("LuGreFriction", ("F",), ()))
-    baselines: Any = SimpleNamespace(with_nuisances=start, refitted=start, reference=None)
+    baselines: Any = SimpleNamespace(with_nuisances=start, refitted=start, reference=None, joint=None)
     search = Search(kernel("LuGreFriction"), baselines, (), lambda _: None)
     one = SimpleNamespace(supported=(start,))
     assert [h.added for h in search._in_place_of_nuisances([start])] == [("delay@F",)]
@@ -274,7 +274,7 @@ def test_it_is_enough_where_the_last_did_not_help_or_nothing_is_left(
     monkeypatch.setattr(module, "least_of_further", lambda _: np.full(2, 0.006))
     monkeypatch.setattr(module, "open_channels", lambda *_, **__: np.array([False, open_]))
     start: Any = SimpleNamespace(fitted=None)
-    baselines: Any = SimpleNamespace(refitted=start, reference=None)
+    baselines: Any = SimpleNamespace(refitted=start, reference=None, joint=None)
     added = ("a", "b", "c")[:base]
     one: Any = SimpleNamespace(added=added, missing=[s for s in added if s not in form])
     assert Search(kernel("LuGreFriction"), baselines, (), lambda _: None)._enough([], one) is enough

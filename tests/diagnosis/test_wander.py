@@ -138,7 +138,7 @@ def chosen(
     winner = SimpleNamespace(effects=effects, fitted=fitted, measured=np.array(left) ** 2, held_out=None)
     refitted = SimpleNamespace(measured=np.ones(2), held_out=None)
     floors = Floors(np.zeros(2), np.zeros(2), None, np.array(unexplained), np.array(unexplained), in_part=answer)
-    baselines: Any = SimpleNamespace(refitted=refitted, reference=None)
+    baselines: Any = SimpleNamespace(refitted=refitted, reference=None, joint=None)
     return Selection(baselines, (), SimpleNamespace(winner=winner), floors)  # pyright: ignore[reportArgumentType]
 
 

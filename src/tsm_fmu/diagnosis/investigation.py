@@ -190,7 +190,7 @@ def _searched(runs: PreparedRuns, fitted: Baselines, holdout: list[FitRun], prog
     hypotheses = Search(runs.model, fitted, holdout, progress).hypotheses()
     result = select(hypotheses, fitted, holdout, progress)
     progress("families")
-    base = result.baselines.refitted
+    base = result.of_gap
     evidence = family_evidence(base.fitted, runs.measured)
 
     @cache

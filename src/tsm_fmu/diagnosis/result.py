@@ -91,6 +91,9 @@ class Diagnosis:
         The model as given, with other parameter values only, and that of the answer.
     changes : tuple of ParameterChange
         Parameters that the answer's fit moved, first whose move does most.
+    unlike_references : tuple of ParameterChange
+        With ``parameters``, where no values serve both measured and reference runs: those that reference runs have
+        elsewhere, there first.
     model : ModelCard or None
         The answer's model.
     next_motion : NextMotion or None
@@ -137,6 +140,7 @@ class Diagnosis:
     refitted: ModelFit | None = None
     final: ModelFit | None = None
     changes: tuple[ParameterChange, ...] = ()
+    unlike_references: tuple[ParameterChange, ...] = ()
     model: ModelCard | None = None
     next_motion: NextMotion | None = None
     gate: Gate = field(default_factory=Gate)

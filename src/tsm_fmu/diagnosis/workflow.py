@@ -38,7 +38,7 @@ from .criteria import (
     NOTABLE_RATIO,
     PRESLIDING_STROKE_SHARE,
 )
-from .evidence import Candidate, FamilyShare, Gap, Gate, NextMotion, RunComparison
+from .evidence import Candidate, FamilyShare, Gap, Gate, NextMotion, ParameterChange, RunComparison
 from .fits.known import compared_where_known
 from .fits.placing import not_applicable
 from .fits.ranges import forgetting_ranges, level_ranges
@@ -228,6 +228,7 @@ def _described(
         ),
         where=where, located=stage, shapes=shapes, gap=gap, channels=runs.channels, given=given,
         refitted=refitted, final=final, changes=changes_of(before.given, verdict.final),
+        unlike_references=_unlike_references(found),
         model=card_of(verdict.final, used, preset, seed), next_motion=_next_motion(found, candidates), gate=checked,
         runs=_comparisons(found, measured), compared_from=_compared_from(runs), motion=runs.model.motion,
         motion_unit=coordinate_units(runs.model)[0],
@@ -254,6 +255,14 @@ def _described(
     return replace(diagnosis, answer=answer(diagnosis))
 
 
+def _unlike_references(found: Investigation) -> tuple[ParameterChange, ...]:
+    """Values of the answer that reference runs have elsewhere, where it is other values and none serve both."""
+    reference = found.selection.baselines.reference
+    if found.verdict.word != "parameters" or reference is None or not found.selection.unlike_references:
+        return ()
+    return changes_of(reference, found.verdict.final)
+
+
 def _families(
     found: Investigation, diagnosis: Diagnosis, channel: str
 ) -> tuple[tuple[FamilyShare, ...], tuple[Family, ...]]:
@@ -261,7 +270,7 @@ def _families(
 
     What hums, or moves slowly and with nothing that the log holds, is a law of the time, and a limit one of the sensor.
     """
-    verdict, refitted, evidence = found.verdict, found.selection.baselines.refitted.fitted, found.evidence
+    verdict, refitted, evidence = found.verdict, found.selection.of_gap.fitted, found.evidence
     if verdict.word == "not_excited":
         return evidence, ()
     if verdict.word == "unknown" and channel in found.limits:

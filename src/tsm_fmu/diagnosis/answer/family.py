@@ -11,7 +11,6 @@ from ...effects import about, place_of
 from ...effects.about import Family
 from ...kernels.arrays import FloatArray
 from ...regression.problem import FitRun
-from ...regression.sensitivity import output_jacobian
 from ..choice.hypotheses import Hypothesis
 from ..choice.supported import Choice
 from ..criteria import (
@@ -26,7 +25,7 @@ from ..criteria import (
 from ..evidence import FamilyShare
 from ..fits.quantised import levels_of, step_noise
 from ..fits.refit import Fitted
-from ..fits.response import normalised, places_of
+from ..fits.response import moves_left_open, normalised, places_of
 from ..residual.families import Functions, family_shares
 
 
@@ -122,7 +121,7 @@ def _moves(fitted: Fitted, runs: Sequence[FitRun]) -> FloatArray:
     """
     problem = fitted.problem
     channels = len(problem.channels)
-    moves = output_jacobian(problem, fitted.table, np.ones(channels))
+    moves = moves_left_open(fitted, np.ones(channels))
     moves = moves.reshape(moves.shape[0] // channels, channels, moves.shape[1])  # no column where all is fixed
     parts = np.split(moves, np.cumsum([few.time.size for few in problem.runs])[:-1])
     return np.concatenate([

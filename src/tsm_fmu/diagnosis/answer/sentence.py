@@ -68,7 +68,14 @@ def _with_other_values(found: Diagnosis, numbers: str) -> str:
     elsewhere = [c for c, g in found.gap.items() if not carries_over(g)]
     of = " of the measured runs" if elsewhere else ""
     text = f"No effect named: other parameter values{more} close the gap{of}{how}. {as_sentence(numbers)}"
-    return text + (_not_carried_text(elsewhere, "they") if elsewhere else "")
+    text += _not_carried_text(elsewhere, "they") if elsewhere else ""
+    if not found.unlike_references:
+        return text
+    there = ", ".join(changes_text(found.unlike_references))
+    return (
+        f"{text} They are not those of the reference runs ({there}, there first), and none serve both: the rig has "
+        "changed since, or they stand for what is missing."
+    )
 
 
 def _not_carried_text(channels: Sequence[str], what: str) -> str:

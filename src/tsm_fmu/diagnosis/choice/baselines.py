@@ -14,6 +14,7 @@ from ...regression.solver import SearchLog
 from ..criteria import LOST_SHARE
 from ..fits.nuisance import nuisance_specs, with_nuisances
 from ..fits.quantised import Levels, coarse, step_noise
+from ..fits.references import jointly, serve
 from ..fits.refit import Fitted, Task, as_given, refit
 from ..fits.significance import RemovedOnReference
 from .hypotheses import Hypothesis, hypothesis
@@ -35,6 +36,8 @@ class Baselines:
         The same on reference runs.
     levels : tuple of Levels
         Channels of so few levels that these are a gap.
+    joint : Baselines or None
+        The same with values that serve reference runs too, where those of the measured runs do not.
     """
 
     given: Fitted
@@ -42,6 +45,7 @@ class Baselines:
     with_nuisances: Hypothesis
     reference: Fitted | None
     levels: tuple[Levels, ...]
+    joint: Baselines | None = None
 
 
 def baselines(
@@ -66,25 +70,33 @@ def baselines(
     progress("refit of the baseline")
     base = refitted_model(task, effects, given)
     nuisances = nuisance_specs(task.model, task.channels, effects)
-    reference = None
+    plain = reference = None
     if references:
         progress("reference runs")
-        reference, base = _of_one_rig(replace(task, runs=references), effects, base)
-        reference = with_nuisances(reference, nuisances)
+        plain, base = _of_one_rig(replace(task, runs=references), effects, base)
+        reference = with_nuisances(plain, nuisances)
         base = replace(
             base,
             task=replace(
                 base.task,
                 discrepancy=reference.rmse,
                 reference_removal=RemovedOnReference(reference, nuisances),
+                reference=reference,
             ),
         )
     levels = coarse(runs, task.channels, base.spread)
     base = replace(base, task=replace(base.task, gap=base.rmse, steps=step_noise(levels, task.channels)))
-    return Baselines(
-        given, hypothesis((), base, (), holdout),
-        hypothesis((), with_nuisances(base, nuisances), nuisances, holdout), reference, tuple(levels),
-    )  # fmt: skip
+
+    def found(fitted: Fitted, joint: Baselines | None = None) -> Baselines:
+        alone, with_all = hypothesis((), fitted, (), holdout), with_nuisances(fitted, nuisances)
+        return Baselines(
+            given, alone, hypothesis((), with_all, nuisances, holdout), reference, tuple(levels), joint
+        )  # fmt: skip
+
+    if plain is None or serve(plain, base):
+        return found(base)
+    progress("values for measured and reference runs")
+    return found(base, found(jointly(base, plain, ())))
 
 
 def _of_one_rig(task: Task, effects: Sequence[str], measured: Fitted) -> tuple[Fitted, Fitted]:

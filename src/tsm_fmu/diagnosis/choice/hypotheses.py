@@ -26,6 +26,7 @@ from ..fits.carried import STEPS as MOVE_STEPS
 from ..fits.carried import carried_over, left_out, pooled
 from ..fits.disguise import disguised
 from ..fits.nuisance import best_refit, refit_without
+from ..fits.references import serve_both, serve_both_but_for_one
 from ..fits.refit import Fitted
 from ..fits.significance import corrects_model_form, is_play_before_friction, significant_nuisances, unlike_references
 
@@ -112,6 +113,25 @@ class Hypothesis:
         """
         form = [s for s in self.form_corrections if is_play_before_friction(s, self.fitted.model)]
         return bool(form) or any(disguised(self.fitted, spec) for spec in self.added)
+
+    @cached_property
+    def serves_references(self) -> bool:
+        """Whether some values serve its runs and reference runs; so without any. Takes refits where its own do not."""
+        reference = self.fitted.task.reference
+        return reference is None or serve_both(self.fitted, reference, self.nuisances)
+
+    def may_have_changed(self, most: FloatArray) -> bool:
+        """Whether a single value of the rig that has changed since the reference runs leaves no more; takes refits.
+
+        Parameters
+        ----------
+        most : ndarray, shape (channels,)
+            Mean square.
+        """
+        reference = self.fitted.task.reference
+        return reference is not None and serve_both_but_for_one(
+            self.fitted, reference, self.nuisances, np.sqrt(np.maximum(most - self.reference_gain, 0.0))
+        )
 
     @cached_property
     def fit_without_nuisances(self) -> Fitted:

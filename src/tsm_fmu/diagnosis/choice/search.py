@@ -12,15 +12,18 @@ from ...kernels.arrays import FloatArray
 from ...kernels.attached import Attached
 from ...kernels.kernel import Kernel
 from ...regression.problem import FitRun
-from ..criteria import CONVERGED_SHARE, FURTHER_CANDIDATES, MOST_EFFECTS, SWAPPED_EFFECTS
+from ...regression.threads import together
+from ..criteria import CONTENDING_RATIO, CONVERGED_SHARE, FURTHER_CANDIDATES, MOST_EFFECTS, SWAPPED_EFFECTS
 from ..fits.nuisance import Start
 from ..fits.placing import possible
+from ..fits.references import serving_own_runs_alone
 from ..fits.refit import Fitted
 from ..fits.screening import Screened, screen
+from ..fits.significance import is_play_before_friction
 from ..runs.drivers import drives_of
 from .baselines import Baselines
 from .floors import open_channels
-from .hypotheses import Hypothesis
+from .hypotheses import Hypothesis, hypothesis
 from .refits import interleaved, probe, refit_candidates, refit_rivals
 from .supported import choice_of, comes_near, leading, least_of_further, log_residual, with_fewer
 
@@ -50,6 +53,8 @@ class Search:
         Where what hides behind a nuisance effect leaves less in its place, the search goes on from there.
         """
         found = self._from(self.baselines.with_nuisances)
+        better = {h.added: h for h in self._from_values_of_references(found)}
+        found = [*(h for h in found if h.added not in better), *better.values()]
         instead = self._in_place_of_nuisances(found)
         best = leading(instead) if instead else None
         if best is None or log_residual(best) >= log_residual(leading(found)):
@@ -77,6 +82,33 @@ class Search:
             if self._enough(found, base):
                 break
         return found
+
+    def _from_values_of_references(self, found: Sequence[Hypothesis]) -> list[Hypothesis]:
+        """Single effects refitted from values that serve the reference runs too, where those of the baseline do not.
+
+        Its own values may have taken what an effect does, and no step from there leads back. What leaves no less than
+        the same effect does already is left out, and so is play before a friction, a curve for all that friction does
+        after a reversal at other values.
+        """
+        joint = self.baselines.joint
+        if joint is None:
+            return []
+        base = joint.with_nuisances
+        screened, starts = replace(self, baselines=joint)._screened(base)
+        screened = [s for s in screened if not is_play_before_friction(s.attached.spec, base.fitted.model)]
+        held = refit_candidates(base, screened, (), joint.reference, starts, self.progress)
+        known = {h.added: h for h in found}
+        near = [h for h in held if log_residual(h) < min(map(log_residual, held)) + np.log(CONTENDING_RATIO)]
+
+        def freed(one: Hypothesis) -> Hypothesis:
+            fitted = serving_own_runs_alone(one.fitted, one.nuisances)
+            return hypothesis(one.added, fitted, one.nuisances, self.holdout, one.reference_gain)
+
+        def less(one: Hypothesis) -> bool:
+            same = known.get(one.added)
+            return same is None or log_residual(one) < log_residual(same) - CONVERGED_SHARE
+
+        return list(filter(less, together(freed, near)))
 
     def _screened(self, base: Hypothesis) -> tuple[list[Screened], Mapping[str, Start]]:
         """Candidates to refit beside a hypothesis, best first, and a second place to start each from.

@@ -34,7 +34,8 @@ from .floors import Floors, floors_of, least_floor, shown_elsewhere
 from .hypotheses import Hypothesis, can_leave_out, left_out_in_turn
 from .near import hidden_near, rivals
 from .patches import without_patches
-from .supported import Choice, choice_of, clearly_worse, comes_near, dominated, leaves_less, log_residual
+from .served import served_choice
+from .supported import Choice, clearly_worse, comes_near, dominated, leaves_less, log_residual
 
 FREE_FAMILIES = ("position", "time")
 """Families of smooth laws of one coordinate."""
@@ -58,6 +59,18 @@ class Selection:
     hypotheses: tuple[Hypothesis, ...]
     choice: Choice
     floors: Floors
+
+    @property
+    def unlike_references(self) -> bool:
+        """Whether nothing is missing with values of which none serve reference runs too: they may imitate a law."""
+        winner = self.choice.winner
+        return self.baselines.joint is not None and not winner.effects and not winner.serves_references
+
+    @property
+    def of_gap(self) -> Hypothesis:
+        """The refitted model in whose gap a law is looked for: where values hide it, at those of reference runs too."""
+        joint = self.baselines.joint
+        return joint.refitted if joint is not None and self.unlike_references else self.baselines.refitted
 
     @property
     def elsewhere(self) -> BoolArray:
@@ -86,7 +99,7 @@ def select(
         baselines = replace(baselines, refitted=refitted, with_nuisances=judged[0])
         by_effects = {(h.added, h.nuisances): h for h in judged}
         found = [by_effects.get((h.added, h.nuisances), h) for h in found]
-    choice = _without_any_laws(choice_of(judged, baselines.refitted))
+    choice = _without_any_laws(served_choice(judged, baselines.refitted))
     floors = floors_of(choice, baselines.refitted, baselines.reference)
     if floors.open_.any() and not floors.unexplained.any():
         progress("patches")

@@ -12,7 +12,7 @@ parameters to leave as much.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -60,7 +60,9 @@ class Choice:
         return self.supported[0]
 
 
-def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
+def choice_of(
+    hypotheses: Sequence[Hypothesis], refitted: Hypothesis, refused: Collection[tuple[str, ...]] = ()
+) -> Choice:
     """The supported hypotheses.
 
     Parameters
@@ -70,6 +72,8 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
         candidates, nor those that predict held-out runs worse than without one of their effects.
     refitted : Hypothesis
         The refitted model without those nuisance effects: what is removed is counted from it.
+    refused : collection of tuple of str
+        What hypotheses add that come near the best and are no answer all the same.
     """
     plain = hypotheses[0]
     hypotheses = [h for h in hypotheses if not h.disguised]
@@ -79,7 +83,7 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
     best_without = without_corrections(best, hypotheses)
     near = [h for h in hypotheses if not clearly_worse(h, best_without, refitted)]
     find_significant_nuisances(near)
-    near = [_with_laws_corrected(h, plain) for h in near]
+    near = [_with_laws_corrected(h, plain) for h in near if h.added not in refused]
     alike = [h for h in near if indistinguishable(h, best_without, refitted, hypotheses)]
     alike = [h for h in alike if not any(_more_laws(h, other) for other in alike)]
     fewest = min(len(h.effects) for h in alike)
@@ -97,7 +101,8 @@ def choice_of(hypotheses: Sequence[Hypothesis], refitted: Hypothesis) -> Choice:
 
     supported = tuple(h for h in supported if not is_dominated(h)) or supported
     # one that takes the place of the best by its few parameters must itself be told from none
-    if fewest and not plain.effects and all(indistinguishable(plain, h, refitted) for h in supported):
+    possible = not plain.effects and plain.added not in refused
+    if fewest and possible and all(indistinguishable(plain, h, refitted) for h in supported):
         supported = (plain,)
     return Choice(best, supported)
 

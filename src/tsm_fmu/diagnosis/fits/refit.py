@@ -17,6 +17,7 @@ from ...kernels.kernel import Kernel, kernel
 from ...models.contract import InputError, flat
 from ...regression.descent import Descent
 from ...regression.held_out import held_out_errors, settled
+from ...regression.prior import Prior
 from ...regression.problem import FitRun, Problem
 from ...regression.residuals import rms
 from ...regression.sensitivity import sensitivity_scales
@@ -73,6 +74,19 @@ class Fitted:
     def cost(self) -> float:
         """Weighted sum of squares."""
         return self.problem.cost(self.table)
+
+    @cached_property
+    def prior(self) -> Prior:
+        """What this fit says of its parameters to one of other runs of the same rig."""
+        return Prior.of(self.problem, self.table)
+
+    @property
+    def shared_values(self) -> dict[str, float]:
+        """Free parameters with one value for all runs, by public name."""
+        return {
+            self.problem.declared[f].name: float(self.table[0, self.problem.fields.index(f)])
+            for f in self.problem.shared
+        }
 
     @property
     def per_run(self) -> dict[str, FloatArray]:
@@ -256,6 +270,10 @@ class Task:
         Columns that the runs hold behind the inputs of the model.
     plausible : bool
         Whether refits keep to `Roles.plausible`.
+    reference : Fitted or None
+        The model with its nuisance effects on reference runs.
+    prior : Prior or None
+        What a fit to other runs says of the parameters: refits serve those runs too.
     """
 
     model: str
@@ -273,6 +291,8 @@ class Task:
     reference_removal: Mapping[str, FloatArray] = field(default_factory=dict)
     drives: tuple[Drive, ...] = ()
     plausible: bool = True
+    reference: Fitted | None = None
+    prior: Prior | None = None
 
     def kernel(self, effects: Sequence[str]) -> Kernel:
         """The model with effects, with the inputs of the runs."""
@@ -330,7 +350,7 @@ def refit(
         if v.name in task.limits:
             space = space.with_parameter(v.field, space[v.field].within(*task.limits[v.name]))
     pooling = {v.field: task.pooling[v.name] for v in kernel.parameters if v.name in task.pooling}
-    problem = Problem(kernel, list(task.runs), task.channels, space, task.weights, pooling)
+    problem = Problem(kernel, list(task.runs), task.channels, space, task.weights, pooling, prior=task.prior)
     start = problem.start()
     for name, values_ in (per_run_values or {}).items():
         if name in known:

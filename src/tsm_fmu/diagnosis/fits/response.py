@@ -69,7 +69,7 @@ class Responses:
         self.full = [self.problem.every_output(k, row) for k, row in enumerate(fitted.table)]
         sizes = [one.shape[0] for one in self.full]
         self.rows = _drawn(sizes, COMPARED_ROWS)
-        self.basis = _basis(_of_samples(output_jacobian(fitted.problem, fitted.table, weights), sizes, self.rows))
+        self.basis = _basis(_of_samples(moves_left_open(fitted, weights), sizes, self.rows))
 
     def at_fewer(self, most: int) -> Responses:
         """The same, compared at no more than so many of their samples."""
@@ -358,6 +358,26 @@ def _of_samples(columns: FloatArray, sizes: Sequence[int], rows: Sequence[NDArra
     at = np.concatenate([first + one for first, one in zip(np.cumsum([0, *sizes]), rows, strict=False)])
     channels, width = len(columns) // sum(sizes), columns.shape[1]  # no column where all parameters are fixed
     return columns.reshape(sum(sizes), channels, width)[at].reshape(at.size * channels, width)
+
+
+def moves_left_open(fitted: Fitted, weights: FloatArray) -> FloatArray:
+    """What the free parameters of a fit can do, shape (samples of all runs and channels, columns), channels weighted.
+
+    With a prior only what its own runs tell more of than those behind the prior: those hold the rest.
+    """
+    problem, known = fitted.problem, fitted.problem.known
+    columns = output_jacobian(problem, fitted.table, weights)
+    if known is None:
+        return columns
+    values = fitted.table[0, [problem.fields.index(f) for f in known.fields]]
+    rows = np.zeros((len(known.fields), columns.shape[1]))
+    held = known.rows(weights) / known.unit(values)
+    for k, field in enumerate(known.fields):
+        if field in problem.shared:
+            rows[:, problem.shared.index(field)] = held[:, k]
+    both = _basis(np.vstack([columns, rows]))[: len(columns)]
+    u, share, _ = np.linalg.svd(both, full_matrices=False)
+    return u[:, share**2 > 0.5]
 
 
 def _basis(columns: FloatArray) -> FloatArray:

@@ -75,6 +75,7 @@ def as_json(found: Diagnosis, paths: Mapping[str, str | None]) -> dict[str, Any]
         "not_applicable": dict(found.not_applicable),
         "candidates": [_candidate(c) for c in found.candidates],
         "steps": [asdict(s) for s in found.steps],
+        "unlike_references": [asdict(c) for c in found.unlike_references],
         "where": [asdict(p) for p in found.where],
         "compared_from": dict(found.compared_from),
         "gap": {channel: asdict(g) for channel, g in found.gap.items()},
