@@ -286,9 +286,10 @@ def test_a_gap_that_moves_slowly_and_with_nothing_is_of_the_time(
     monkeypatch.setattr(workflow, "slow_parts", lambda *_: parts)
     fitted = SimpleNamespace(problem=SimpleNamespace(channels=("F",)), rmse=np.array([0.1]), spread=np.array([3.1]))
     little = (FamilyShare("time", "F", 0.03), FamilyShare("load", "F", 0.02))
+    refitted = SimpleNamespace(fitted=fitted)
     found: Any = SimpleNamespace(
         verdict=SimpleNamespace(word=word, effects=()), limits={}, tones={}, evidence=little, runs=None,
-        selection=SimpleNamespace(baselines=SimpleNamespace(refitted=SimpleNamespace(fitted=fitted))),
+        selection=SimpleNamespace(baselines=SimpleNamespace(refitted=refitted), of_gap=refitted),
     )  # fmt: skip
     evidence, families = workflow._families(found, Diagnosis(word), "F")
     assert families == expected

@@ -50,7 +50,7 @@ def test_what_other_values_imitate_is_named_where_reference_runs_do_not_bear_the
     found = diagnosed(late=0.01)
     assert found.effects == ("delay@F",)
     assert found.final is not None
-    assert {v.name: v.value for v in found.final.values}["F.delay.T_d"] == pytest.approx(0.01, rel=0.03)
+    assert found.final.values["F.delay.T_d"] == pytest.approx(0.01, rel=0.03)
 
 
 def test_a_value_that_has_changed_since_the_reference_runs_is_no_effect_and_is_said() -> None:

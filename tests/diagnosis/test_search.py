@@ -278,3 +278,42 @@ def test_it_is_enough_where_the_last_did_not_help_or_nothing_is_left(
     added = ("a", "b", "c")[:base]
     one: Any = SimpleNamespace(added=added, missing=[s for s in added if s not in form])
     assert Search(kernel("LuGreFriction"), baselines, (), lambda _: None)._enough([], one) is enough
+
+
+def test_effects_are_begun_from_values_of_reference_runs_too_and_kept_where_that_leaves_less(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of those near the best one there; not play before a friction; and none where the runs' own values serve both."""
+    start, seen = made(()), dict[str, Any]()
+
+    def leaving(added: str, rmse: float) -> Hypothesis:
+        one = made((added,))
+        return replace(one, measured=np.array([rmse**2]), fitted=SimpleNamespace(**{**vars(one.fitted), "left": rmse}))
+
+    there = {"wear": 0.02, "creep": 0.025, "thermal": 0.024, "delay": 0.5}
+    freed = {"wear": 0.01, "creep": 0.03, "thermal": 0.021}
+    known = [start, leaving("wear", 0.05), leaving("creep", 0.03)]
+
+    def screened(self: Search, base: Hypothesis) -> tuple[list, dict]:
+        seen["from"] = (self.baselines, base)
+        return [_candidate(spec) for spec in ("backlash@v", *there)], {}
+
+    def refitted(base: Hypothesis, candidates: Any, holdout: Any, reference: Any, *_: Any) -> list[Hypothesis]:
+        specs = [s.attached.spec for s in candidates]
+        seen["asked"] = specs, holdout, reference
+        return [leaving(spec, there[spec]) for spec in specs]
+
+    monkeypatch.setattr(Search, "_screened", screened)
+    monkeypatch.setattr(module, "refit_candidates", refitted)
+    monkeypatch.setattr(module, "serving_own_runs_alone", lambda fitted, _: fitted)
+    monkeypatch.setattr(module, "hypothesis", lambda added, *_: leaving(added[0], freed[added[0]]))
+    start.fitted.model = "LuGreFriction"
+    joint: Any = SimpleNamespace(with_nuisances=start, refitted=start, reference="there")
+    baselines: Any = SimpleNamespace(with_nuisances=start, refitted=start, reference="there", joint=joint)
+    search = Search(kernel("LuGreFriction"), baselines, ("held out",), lambda _: None)
+    found = search._from_values_of_references(known)
+    assert {h.added: float(np.sqrt(h.measured[0])) for h in found} == {("wear",): 0.01, ("thermal",): 0.021}
+    assert seen["from"] == (joint, start)
+    assert seen["asked"] == (list(there), (), "there")
+    baselines.joint = None
+    assert search._from_values_of_references(known) == []

@@ -10,6 +10,7 @@ import pytest
 from tsm_fmu.kernels.kernel import kernel
 from tsm_fmu.regression.descent import Descent
 from tsm_fmu.regression.prior import Prior
+from tsm_fmu.regression.prior_of_fit import prior_of_fit
 from tsm_fmu.regression.problem import FitRun, Problem
 from tsm_fmu.regression.specification import search_space
 
@@ -51,7 +52,7 @@ def test_values_of_a_fit_with_it_are_those_of_a_fit_to_all_runs() -> None:
     """An independent route to the same values: both kinds of runs simulated in one problem."""
     here, there = [measured(0, 700, 1)], [measured(1, 900, 2), measured(2, 500, 3)]
     alone, others, every = problem(here), problem(there), problem([*here, *there])
-    prior = Prior.of(others, fitted(others))
+    prior = prior_of_fit(others, fitted(others))
     found = shared(alone, fitted(replace(alone, prior=prior)))
     expected, by_itself = shared(every, fitted(every)), shared(alone, fitted(alone))
     assert np.abs(found - expected).max() < 0.02 * np.abs(by_itself - expected).max()
@@ -61,7 +62,7 @@ def test_it_costs_what_the_fit_loses() -> None:
     """The rise of the sum of squares near the minimum, what each run has of its own moved along."""
     there = problem([measured(1, 900, 2), measured(2, 500, 3)]).reweighted(np.array([23.0, 41.0]))
     table = fitted(there)
-    prior = Prior.of(there, table)
+    prior = prior_of_fit(there, table)
     other = replace(problem([measured(0, 300, 1)]).reweighted(there.weights), prior=prior)
     rng = np.random.default_rng(7)
     for _ in range(5):
@@ -94,7 +95,7 @@ def test_of_some_fields_the_others_go_where_they_cost_least() -> None:
 def test_of_a_fit_with_nothing_free_nothing_is_known() -> None:
     there = problem([measured(1, 300, 2)])
     nothing = there.over(there.space.fixing(there.space.free))
-    prior = Prior.of(nothing, nothing.start())
+    prior = prior_of_fit(nothing, nothing.start())
     here = problem([measured(0, 300, 1)])
     table = here.start()
     assert not prior.fields
@@ -103,7 +104,7 @@ def test_of_a_fit_with_nothing_free_nothing_is_known() -> None:
 
 def test_a_descent_with_it_ends_where_the_slope_of_the_cost_is_none() -> None:
     there, here = problem([measured(1, 900, 2)]), problem([measured(0, 400, 1)])
-    known = replace(here, prior=Prior.of(there, fitted(there)))
+    known = replace(here, prior=prior_of_fit(there, fitted(there)))
     table = fitted(known)
     least = known.cost(table)
     for f in FREE:

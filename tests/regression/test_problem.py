@@ -185,6 +185,19 @@ def test_pooled_values_cost_the_square_of_their_distance_beside_the_residuals(we
     assert problem.cost(table) == pytest.approx(rest + sum(e**2 for e in expected), rel=1e-12)
 
 
+def test_where_nothing_is_compared_a_model_may_run_away() -> None:
+    run = made((60,)).runs[0]
+    doubt = np.zeros((60, 2))
+    doubt[20:50, 1] = np.inf
+    away = run.targets.copy()
+    away[30, 1], away[5, 0] = np.inf, -np.inf
+    with np.errstate(all="raise"):
+        assert np.isneginf(run.doubting(doubt).excess(away)[0, 5])
+        assert np.delete(run.doubting(doubt).excess(away)[0], 5).tolist() == [0.0] * 59
+        assert run.doubting(doubt).excess(away)[1].tolist() == [0.0] * 60
+        assert run.doubting(doubt).compared(away)[20:50] == pytest.approx(run.targets[20:50])
+
+
 def test_a_cost_that_is_no_number_is_infinite() -> None:
     problem, table = pooled({}, {})
     spoiled = table.copy()

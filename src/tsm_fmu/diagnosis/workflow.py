@@ -270,13 +270,13 @@ def _families(
 
     What hums, or moves slowly and with nothing that the log holds, is a law of the time, and a limit one of the sensor.
     """
-    verdict, refitted, evidence = found.verdict, found.selection.of_gap.fitted, found.evidence
+    verdict, refitted, evidence = found.verdict, found.selection.baselines.refitted.fitted, found.evidence
     if verdict.word == "not_excited":
         return evidence, ()
     if verdict.word == "unknown" and channel in found.limits:
         return evidence, ("sensor",)
     missing = verdict.word in MISSING
-    telling = evidence if missing else not_little(evidence, refitted)
+    telling = evidence if missing else not_little(evidence, found.selection.of_gap.fitted)
     equivalent = [e for ids in diagnosis.equivalent for e in ids]
     named = verdict.effects or equivalent
     elsewhere = channel in diagnosis.gap and diagnosis.gap[channel].elsewhere  # no candidate was fitted to it

@@ -14,9 +14,6 @@ import numpy as np
 from scipy.linalg import qr
 
 from ..kernels.arrays import BoolArray, FloatArray
-from .problem import Problem
-from .scaled_variables import logarithm_sign
-from .sensitivity import residual_jacobian, row_edges, sensitivity_scales
 
 
 @dataclass(frozen=True)
@@ -39,30 +36,6 @@ class Prior:
     logarithmic: BoolArray
     slopes: tuple[FloatArray, ...]
 
-    @classmethod
-    def of(cls, problem: Problem, table: FloatArray) -> Prior:
-        """That of a fit.
-
-        Parameters
-        ----------
-        problem : Problem
-        table : ndarray, shape (runs, parameters)
-            At the minimum.
-        """
-        unit = problem.reweighted(np.ones(len(problem.channels)))
-        residuals = unit.residuals(list(enumerate(table)))
-        scales = sensitivity_scales(problem.starting_at(table))
-        slopes = residual_jacobian(unit, table, residuals, problem.space.free, scales)
-        count = len(problem.shared)
-        values = np.array([table[0, problem.fields.index(f)] for f in problem.shared])
-        logarithmic = np.array([bool(logarithm_sign(problem.declared[f].quantity)) for f in problem.shared], bool)
-        known = cls(problem.shared, np.empty(0), logarithmic, ())
-        slopes[:, :count] *= known.unit(values)
-        slopes = np.hstack([slopes[:, count:], slopes[:, :count]])
-        each = [np.split(slopes[a:b], len(problem.channels)) for a, b in zip(*_ends(row_edges(residuals)), strict=True)]
-        triangles = tuple(_triangle(np.vstack(rows)) for rows in zip(*each, strict=True))
-        return cls(problem.shared, known.searched(values), logarithmic, triangles)
-
     def only(self, fields: Sequence[str]) -> Prior:
         """What it says of some of its fields, the others wherever the sum of squares rises least."""
         kept = [f for f in self.fields if f in fields]
@@ -71,7 +44,7 @@ class Prior:
         order = [*(k for k in range(own + len(self.fields)) if k - own not in places), *(own + k for k in places)]
         return Prior(
             tuple(kept), self.centre[places], self.logarithmic[places],
-            tuple(_triangle(one[:, order]) for one in self.slopes),
+            tuple(triangle_of(one[:, order]) for one in self.slopes),
         )  # fmt: skip
 
     def rows(self, weights: FloatArray) -> FloatArray:
@@ -82,7 +55,7 @@ class Prior:
         weights : ndarray, shape (channels,)
             Factor of each channel's residual.
         """
-        stacked = _triangle(np.vstack([w * one for w, one in zip(weights, self.slopes, strict=True)]))
+        stacked = triangle_of(np.vstack([w * one for w, one in zip(weights, self.slopes, strict=True)]))
         own = stacked.shape[1] - len(self.fields)
         return stacked[own:, own:]
 
@@ -99,12 +72,8 @@ class Prior:
         return np.where(self.logarithmic, values, 1.0)
 
 
-def _ends(edges: FloatArray) -> tuple[FloatArray, FloatArray]:
-    return edges[:-1], edges[1:]
-
-
-def _triangle(rows: FloatArray) -> FloatArray:
-    """The triangular factor, as many rows as columns."""
+def triangle_of(rows: FloatArray) -> FloatArray:
+    """The triangular factor of rows, as many rows as columns."""
     found = np.zeros((rows.shape[1], rows.shape[1]))
     factor = np.atleast_2d(qr(rows, mode="r")[0])[: rows.shape[1]]
     found[: len(factor)] = factor

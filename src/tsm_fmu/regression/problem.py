@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +19,10 @@ from ..kernels.arrays import FloatArray
 from ..kernels.kernel import Kernel
 from ..kernels.serving import filling
 from ..models.contract import Condition, Variable
+from .prior import Prior
 from .search_space import SearchSpace
 from .slow_zero import SlowZero
 from .threads import on_shared_threads
-
-if TYPE_CHECKING:
-    from .prior import Prior
 
 MAX_ROWS = 40_000
 """Rows of the optimiser's residual; longer data are averaged over blocks (every sample is still simulated)."""
@@ -163,8 +161,9 @@ class FitRun:
 
 
 def _beyond(difference: FloatArray, doubt: FloatArray) -> FloatArray:
-    """What of a difference is beyond doubt."""
-    return np.asarray(difference - np.clip(difference, -doubt, doubt))
+    """What of a difference is beyond doubt; nothing where the doubt has no end, though a model runs away there."""
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isinf(doubt), 0.0, difference - np.clip(difference, -doubt, doubt))
 
 
 @dataclass(frozen=True)

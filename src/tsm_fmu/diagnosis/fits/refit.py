@@ -18,6 +18,7 @@ from ...models.contract import InputError, flat
 from ...regression.descent import Descent
 from ...regression.held_out import held_out_errors, settled
 from ...regression.prior import Prior
+from ...regression.prior_of_fit import prior_of_fit
 from ...regression.problem import FitRun, Problem
 from ...regression.residuals import rms
 from ...regression.sensitivity import sensitivity_scales
@@ -78,7 +79,7 @@ class Fitted:
     @cached_property
     def prior(self) -> Prior:
         """What this fit says of its parameters to one of other runs of the same rig."""
-        return Prior.of(self.problem, self.table)
+        return prior_of_fit(self.problem, self.table)
 
     @property
     def shared_values(self) -> dict[str, float]:
