@@ -117,11 +117,11 @@ def served(
 ) -> list[tuple[str, ...]]:  # fmt: skip
     """Effects supported of hypotheses by what they leave, some with values that serve reference runs.
 
-    A value that has changed leaves ``changed``.
+    A value that has changed leaves ``changed``; branches have three parameters more.
     """
     found = []
     for added, rmse in hypotheses.items():
-        one = made(added, rmse, rmse, parameters=parameters + len(added.split()))
+        one = made(added, rmse, rmse, parameters=parameters + len(added.split()) + 3 * ("branches" in added))
         one.__dict__["serves_references"] = added in serving
         one.__dict__["may_have_changed"] = lambda most: bool((made("", changed).measured <= most).all())
         found.append(one)
@@ -141,6 +141,12 @@ def served(
         ({"": 0.004, "inertia": 0.0035}, {"inertia"}, 0.0047, [("inertia",)]),
         # of effects that leave as little
         ({"": 0.2, "inertia": 0.02, "wear": 0.0201}, {"wear"}, np.inf, [("wear",)]),
+        (
+            {"": 0.2, "delay@F": 0.02, "acceleration_branches": 0.0199},
+            {"acceleration_branches"},
+            np.inf,
+            [("acceleration_branches",), ("delay@F",)],
+        ),
         ({"": 0.2, "inertia": 0.02, "wear": 0.0201}, {"wear", "inertia"}, np.inf, [("inertia",), ("wear",)]),
         ({"": 0.2, "inertia": 0.02, "wear": 0.0201}, set(), np.inf, [("inertia",), ("wear",)]),
         # a right name whose law is not quite that of the rig
